@@ -74,8 +74,8 @@ class Output {
   /// Starts to serve clients, unless Open has already started.
   virtual Status Begin(const Configuration& /*config*/) { return {}; }
 
-  /// Adds to `settings` changes that the comparison of keys does not find (e.g. the content of a
-  /// token file), and to `restart` those that only a restart can apply.
+  /// Adds to `settings` the changes in `next` that the comparison of keys does not find (e.g. the
+  /// content of a token file), and to `restart` the changes that only a restart can apply.
   virtual void Examine(const config::Config& /*next*/, std::vector<std::string>& /*settings*/,
                        std::vector<std::string>& /*restart*/) const {}
   /// Adds the connected clients to the count of their listener (config::Listener::Place).
@@ -84,24 +84,29 @@ class Output {
   virtual std::unique_ptr<Prepared> Prepare(const config::Config& /*next*/) {
     return std::make_unique<Prepared>();
   }
-  /// The store already contains the new devices. Returns sentences about parts that failed.
+  /// Applies the new configuration; the store already contains its devices. Returns sentences about
+  /// parts that could not be applied.
   virtual std::vector<std::string> Apply(const Configuration& /*config*/,
                                          std::unique_ptr<Prepared> /*prepared*/) {
     return {};
   }
-  /// Null: there is no history. The previous one is no longer used when SetHistory returns.
+  /// Replaces the history; null: there is no history. The previous history is no longer used when
+  /// SetHistory returns.
   virtual void SetHistory(const Configuration& /*config*/,
                           const std::shared_ptr<const history::HistorySource>& /*history*/) {}
 
-  /// Afterwards no request reaches the lines through this output. Can be repeated.
+  /// After StopRequests, no request reaches the lines through this output. A second call does
+  /// nothing.
   virtual void StopRequests() {}
   /// Ends the output, after the lines have ended or when one of them hangs: informs clients, and
-  /// closes what is still open. Can be repeated.
+  /// closes everything that StopRequests has left open. A second call does nothing.
   virtual void Stop() {}
 
-  /// E.g. "Modbus TCP on 0.0.0.0:502"; empty: nothing is served. Not after StopRequests.
+  /// Returns e.g. "Modbus TCP on 0.0.0.0:502" for the log; empty: nothing is served. Must not be
+  /// called after StopRequests.
   virtual std::string Summary() { return {}; }
-  /// The status document's part: null if the output is off; nothing if it has no part.
+  /// Returns the output's part of the status document: null if the output is off; nothing if the
+  /// output has no part.
   virtual std::optional<Json> Section(const Wish& /*wish*/) const { return std::nullopt; }
   virtual std::vector<Series> Metrics() const { return {}; }
   /// Returns the event loop of the output's thread, which the daemon monitors; null: no thread.

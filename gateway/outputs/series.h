@@ -1,5 +1,6 @@
-// `Series` and `Families` write the text that Prometheus reads at /metrics (text format 0.0.4): one
-// metric, and all metrics of a table of counters (gateway/bus/points/counted.h).
+// `Series` and `Families` write the text that Prometheus reads at /metrics (text format 0.0.4): a
+// Series contains the values of one metric, Families contains all metrics of a table of counters
+// (gateway/bus/points/counted.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,7 +36,8 @@ class Series {
   explicit Series(const Metric& metric) : metric_(metric) {}
   Series(const Metric& metric, double value) : metric_(metric) { Add("", value); }
 
-  /// `labels`: e.g. `line="bay-1"`. `suffix` follows the metric's name, e.g. "_bucket".
+  /// Adds a value. `labels`: e.g. `line="bay-1"`, without braces; empty: no labels. `suffix`
+  /// follows the metric's name, e.g. "_bucket".
   void Add(std::string_view labels, double value, std::string_view suffix = "");
   /// Appends the metric's HELP, TYPE and values to `out`. Appends nothing if there are no values.
   void AppendTo(std::string& out) const;
@@ -45,8 +47,10 @@ class Series {
   std::string text_;
 };
 
-// EachValue calls `add` for each Prometheus value of a table's member. `label` is a further label,
-// e.g. `outcome="ok"`, `suffix` follows the metric's name; empty `value`: there is none now.
+// EachValue calls `add` for each Prometheus value of a table's member: once for a number, several
+// times for an array or a histogram. `label` is a further label, e.g. `outcome="ok"` (empty: no
+// label), `suffix` follows the metric's name, and an empty `value` means that there is no value
+// now.
 
 using AddValue = std::function<void(std::string_view label, std::optional<double> value,
                                     std::string_view suffix)>;
@@ -78,7 +82,8 @@ template <typename Number>
 requires std::is_arithmetic_v<Number>
 void EachValue(Number number, const AddValue& add) { add("", static_cast<double>(number), ""); }
 
-/// Calls use(row, value) for each row that has a metric and an EachValue.
+/// Calls use(row, value) for each row of the table that has a metric. Rows whose type has no
+/// EachValue are skipped.
 template <config::HasFields T, typename Use>
 void EachMetric(const T& its, Use use) {
   VisitFields(&its, [&](auto row) {

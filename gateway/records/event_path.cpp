@@ -19,12 +19,14 @@ namespace {
 using events::OwnAlarms;
 using events::Trouble;
 
-/// Two unanswered requests count as silence if the second comes this long after the first.
+/// Two requests without a reply count as silence if the second comes at least this long after the
+/// first.
 constexpr Duration kLongSilence = 30s;
 /// A unit that no client has addressed for this time is forgotten.
 constexpr Duration kForgotten = 1h;
 
-/// Empty for "no reply", because the alarm's name expresses it.
+/// Returns the reason for the text of an alarm; empty for "no reply", because the alarm's name
+/// expresses it.
 std::string WhyOf(const std::string& reason) {
   return reason == Name(Outcome::no_reply) ? std::string() : reason;
 }
@@ -90,8 +92,9 @@ void AlarmService::OnAnswered(const OwnAlarms::Subject& unit, Now now) {
   TellAll(alarms_.End(Trouble::unit_silent, unit, now));
 }
 
-/// A single lost reply raises no alarm: it needs kOfflineCount in a row, or two with kLongSilence
-/// between them. The delay of the alarm counts from the first.
+/// A single lost reply does not raise the alarm. The alarm needs kOfflineCount requests in a row
+/// without a reply, or two with kLongSilence between them. The delay of the alarm counts from the
+/// first of these requests.
 void AlarmService::OnUnanswered(const OwnAlarms::Subject& unit, const std::string& why, Now now) {
   Unanswered& its = unanswered_.try_emplace(unit, Unanswered{.first = now}).first->second;
   ++its.requests;
@@ -102,7 +105,8 @@ void AlarmService::OnUnanswered(const OwnAlarms::Subject& unit, const std::strin
   if (many || long_ago) alarms_.Begin(Trouble::unit_silent, unit, why, its.first);
 }
 
-/// Ends alarms of units that no client addresses, because it is unknown whether they would answer.
+/// Ends the alarms of units that no client has addressed for kForgotten, because it is unknown
+/// whether these units would answer.
 void AlarmService::Forget(Now now) {
   for (auto one = unanswered_.begin(); one != unanswered_.end();) {
     if (now.instant - one->second.last < kForgotten) {
@@ -136,7 +140,8 @@ void AlarmService::Renew(std::shared_ptr<const config::Config> config,
 
 namespace {
 
-/// The longest wait for the last event, so that outputs end even if a disk hangs.
+/// The end of the gateway waits this long at most for its last event, so that outputs end even if a
+/// disk hangs.
 constexpr Duration kEndTime = 300ms;
 
 events::SourceNames SourcesOf(const config::Config& config) {
@@ -160,8 +165,9 @@ void TellState(const events::Alarm& alarm, events::AlarmState state, log::Level 
                             alarm.text, alarm.by.empty() ? "" : " (" + alarm.by + ")"));
 }
 
-/// Logs each change of an alarm with fields by which other programs select messages. An event that
-/// raises and clears at once makes two messages; only "active" is a warning or an error.
+/// Logs each change of an alarm as one message, with fields by which other programs select
+/// messages. An event that raises and clears an alarm at once makes two messages. Only the message
+/// "active" is a warning or an error.
 void TellJournal(const events::Alarm& alarm, bool raised) {
   using events::AlarmState;
   const bool high = alarm.priority == config::AlarmPriority::high;

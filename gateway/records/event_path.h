@@ -1,5 +1,7 @@
 // `EventPath` carries events from the lines to the file, reports to the lines which events are
-// stored, and requests the reads of the records that events announce.
+// stored, and requests the reads of the records that events announce. The gateway's own events and
+// alarms enter here as well. `EventsPlace` is the place of events.db, `KindOf` decides how news is
+// recorded, and `AlarmService` raises the gateway's own alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -41,6 +43,8 @@ struct EventsPlace {
 };
 
 // How a line's news is recorded: the code of the event, and the kind of the alarm.
+// gateway/records/events/own_records.cpp contains the texts of events, and
+// gateway/records/events/own_alarms.cpp the names of alarms.
 struct NewsKind {
   events::OwnCode code;
   std::optional<events::Trouble> trouble{};  ///< empty: the news is not an alarm
@@ -86,8 +90,9 @@ struct RoutedEnd {
   const bus::RoutedReply& reply;
 };
 
-// `AlarmService` raises the gateway's own alarms from facts that any thread reports, and reports in
-// order which alarms begin and end. gateway/records/events/own_alarms.h decides what is an alarm.
+// `AlarmService` raises the gateway's own alarms: any thread reports facts about lines, routes and
+// disks to it, and it reports in order which alarms begin and end.
+// gateway/records/events/own_alarms.h decides what is an alarm, and when.
 class AlarmService {
  public:
   using Tell = std::function<void(events::EventRecord record)>;
@@ -106,7 +111,8 @@ class AlarmService {
     Disk disk = Disk::opening;
     std::string why{};
   };
-  /// To be called periodically. Raises alarms whose cause has lasted long enough.
+  /// To be called periodically with the state of the disks. Raises alarms whose cause has lasted
+  /// long enough.
   void Look(std::span<const DiskState> disks, Now now);
 
   void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
@@ -133,26 +139,31 @@ class AlarmService {
 
 class EventPath final : public bus::EventSink {
  public:
-  /// Called with EventBatch::said of a device's last batch on the disk. `reported`: true for a
-  /// batch of OnReported. Called on the writing thread, or within Start or Begun.
+  /// Called with EventBatch::said of a device's last batch on the disk (see
+  /// Conversation::OnEventsKept). `reported`: true for a batch of OnReported, false for a batch
+  /// that was stored before. Called on the writing thread, or within Start or Begun.
   using Kept = std::function<void(std::uint32_t device, std::string said, bool reported)>;
-  /// All references must outlive this object.
+  /// All references must outlive this object. `commands` receives the read requests for records
+  /// that events announce.
   EventPath(const config::Config& config, const bus::PointStore& store, const EventsPlace& place,
             bus::CommandSink& commands, Kept kept);
 
-  /// From now on calls `kept` for each device with events on the disk, once the file is open.
+  /// From now on calls `kept` for each device whose events are on the disk from before the start,
+  /// as soon as the file is open.
   void Start();
   /// The first step of a reload, before new lines start; Begun is the second. `config` contains all
   /// lines of the point store; `begun` are the new lines, which are the last lines in the store.
   void Renumber(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
-  /// Second step of a reload, when these devices' lines have started.
+  /// The second step of a reload, when the lines of these devices have started: calls `kept` for
+  /// each device with events on the disk, and requests the records that their events announce.
   void Begun(std::uint32_t first_device, std::size_t devices);
   void OnReload(bool taken_back, const std::string& text);
   void OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at);
   /// Records the start of the gateway; to be called before the lines start.
   void Started() { queue().Started(kVersion); }
-  /// To be called when the lines have ended. Waits 300 ms at most until outputs can see the event.
+  /// Records the end of the gateway, and waits 300 ms at most until outputs can see this event. To
+  /// be called when the lines have ended.
   void End();
 
   void OnReported(bus::ReportedEvents reported) override;
@@ -164,7 +175,8 @@ class EventPath final : public bus::EventSink {
   void OnRouted(const RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
   void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }
-  /// Outputs can hold the feed longer than this object exists.
+  /// The events that are on the disk, for outputs. An output is allowed to hold the feed longer
+  /// than this object exists.
   std::shared_ptr<events::EventFeed> feed() const { return feed_; }
   std::shared_ptr<events::CursorBook> cursors() const { return cursors_; }
 

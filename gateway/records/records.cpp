@@ -82,7 +82,8 @@ void WritePath::Start() {
 
 namespace {
 
-/// At a start, lines and listeners do not begin before this wait for a disk ends.
+/// The longest wait for a disk that does not answer. At a start, lines and listeners do not begin
+/// before it ends.
 constexpr Duration kFolderPatience = 2s;
 
 std::function<Status()> ReadyOf(std::shared_ptr<StateFolder> folder) {
@@ -226,7 +227,8 @@ void Records::RenewHistory(const std::shared_ptr<const config::Config>& config,
   StartHistory(config, store);
 }
 
-// `ends` is destroyed after the lock is released, because its destructor can wait for the disk.
+// In EndHistory and EndEvents, `ends` is destroyed after the lock is released: its destructor can
+// wait for the disk, and readers of mutex_ must not wait for that.
 
 void Records::EndHistory() {
   if (history_ends_.valid()) history_ends_.wait();

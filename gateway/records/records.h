@@ -1,6 +1,7 @@
 // `Records` owns what the gateway stores on the disk: the state folder, the memory of
-// conversations, the audit of writes, events, and the history of values. It is made before the
-// lines and ends after them.
+// conversations, the audit of writes, events, and the history of values, each if the configuration
+// asks for it. It is made before the lines and ends after them. `FileTroubles` lists files that
+// cannot be written, and `WritePath` carries recorded writes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,10 +30,13 @@
 
 namespace baudgate::records {
 
-/// Lists small files that cannot be written, for the log and the status. For any thread.
+/// Lists small files that cannot be written, for the log and the status, as long as the trouble
+/// lasts. Can be used on any thread.
 class FileTroubles {
  public:
-  /// An empty text means that `file` can be written again. The function can outlive this object.
+  /// Returns the function by which the writer of `file` reports the current trouble; an empty text
+  /// means that the file can be written again. The function can be called after this object is
+  /// destroyed.
   std::function<void(const std::string& trouble)> Reporter(const std::string& file);
   std::vector<std::string> all() const { return held_->All(); }
 
@@ -47,10 +51,12 @@ class FileTroubles {
   const std::shared_ptr<Held> held_ = std::make_shared<Held>();
 };
 
-// `WritePath` carries a recorded write from an output to its line.
+// `WritePath` carries a recorded write from an output to its line: it contains the audit log, and
+// the sink in front of the lines.
 class WritePath {
  public:
-  /// Called once, on any thread: see AuditLog::Options.
+  /// Called once, on any thread, with the devices that have writes of unknown result: see
+  /// AuditLog::Options.
   using Unsettled = std::function<void(const std::set<audit::Target>& devices)>;
   /// All references but `place` must outlive this object.
   WritePath(const config::Config& config, const bus::PointStore& store, bus::CommandSink& lines,
@@ -89,15 +95,17 @@ class Records {
   /// Opens all stores that the configuration asks for. Fails if another gateway uses a folder, or a
   /// newer baudgate has written its files. `config` must outlive this object.
   Status Open(const config::Config& config, const Links& links);
-  /// To be called in place of Open if nothing is stored on the disk: alarms in memory.
+  /// To be called in place of Open if nothing is stored on the disk: provides the gateway's own
+  /// alarms, in memory.
   void OpenAlarms(const config::Config& config, const Links& links);
   Status OpenFolder(const config::Config& config);
   bool open() const { return writes_ != nullptr; }
 
   void OnReload(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
-  /// Begins a new run of the history; its readers must be given the new history(). A disk that does
-  /// not answer delays the reload by two seconds at most.
+  /// Begins a new run of the history; readers of the history must be given the new history(). The
+  /// old run ends in the background, so that a disk that does not answer delays the reload by two
+  /// seconds at most.
   void RenewHistory(const std::shared_ptr<const config::Config>& config, bus::PointStore& store);
 
   /// The sink to which outputs submit writes; null: writes are not recorded.
@@ -117,12 +125,15 @@ class Records {
   const StateFolder* state() const { return why_no_state_.empty() ? state_.get() : nullptr; }
   const std::string& why_no_state() const { return why_no_state_; }
 
-  /// To be called periodically, on any thread, until EndEvents.
+  /// To be called periodically, on any thread, until EndEvents: checks the disks and raises alarms
+  /// for lasting troubles.
   void Look(Now now);
 
-  /// To be called before the lines end, so that the history does not record their devices as lost.
+  /// Ends the history. To be called before the lines end, so that the history does not record their
+  /// devices as lost.
   void EndHistory();
-  /// The event loops of the lines must still run.
+  /// Saves the events that wait, and ends the event path. The event loops of the lines must still
+  /// run.
   void EndEvents();
 
  private:

@@ -202,9 +202,11 @@ namespace {
 
 using asio::local::stream_protocol;
 
-/// Mode of the socket file: membership in the gateway's group decides about access.
+/// The mode of the socket file: owner and group may connect, so membership in the gateway's group
+/// decides about access.
 constexpr mode_t kMode = 0660;
-/// Without this pause, a process that has no free descriptors would call accept() endlessly.
+/// Pause before accept() is called again after an error. Without it, a process that has no free
+/// descriptors would call accept() in an endless loop.
 constexpr Duration kAcceptPause = 100ms;
 constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1;
 
@@ -222,7 +224,8 @@ asio::error_code Probe(asio::io_context& io, const std::string& path) {
   return failed;
 }
 
-/// Removes the socket file. An error if a process listens on it, or if it is not a socket.
+/// Removes the socket file if no process listens on it. Returns an error if a process listens, or
+/// if the file is not a socket.
 Status ClearStale(asio::io_context& io, const std::string& path) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return {};
@@ -286,7 +289,8 @@ Status ControlServer::Bind(const std::string& path) {
   if (Status status = ClearStale(io, path); !status) return status;
   asio::error_code failed;
   acceptor_.open(stream_protocol(), failed);
-  // The file gets the mode of the descriptor, so other users can connect at no moment.
+  // bind() gives the file the mode of the descriptor, so there is no moment at which other users
+  // could connect.
   if (!failed) ::fchmod(acceptor_.native_handle(), kMode);
   if (!failed) acceptor_.bind(stream_protocol::endpoint(path), failed);
   if (!failed && ::chmod(path.c_str(), kMode) != 0) {
@@ -301,7 +305,8 @@ Status ControlServer::Bind(const std::string& path) {
   HoldReserve();
   path_ = path;
   inode_ = InodeOf(path);
-  // If another process has replaced the file meanwhile, inode 0 makes Watch() bind again.
+  // If another process has replaced the file meanwhile, nobody listens at the path; inode 0 then
+  // makes Watch() bind again.
   if (Probe(io, path) == asio::error::connection_refused) inode_ = 0;
   Accept();
   return {};

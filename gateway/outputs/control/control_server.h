@@ -1,5 +1,6 @@
-// `ControlServer` is the local control socket of a running gateway. Each request and each answer is
-// a JSON object in one line. ControlOutput runs the server on a thread.
+// `ControlServer` is the local control socket of a running gateway: it accepts clients on a unix
+// stream socket and passes their requests to gateway/outputs/control/request_handler.h. Each
+// request and each answer is a JSON object in one line. ControlOutput runs the server on a thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -55,7 +56,8 @@ class TraceStream {
       : wish_(std::move(wish)), queue_(std::move(queue)) {}
 
   std::uint32_t line() const { return wish_.line; }
-  /// Returns the matching records since the last call as text, one per line; can be empty.
+  /// Returns the matching records since the last call as text, one per line; empty: there are no
+  /// new records. If Take is not called in time, the bounded queue drops records and counts them.
   std::string Take();
 
  private:
@@ -64,10 +66,12 @@ class TraceStream {
 };
 
 // ControlSession answers one client's requests one after the other, or streams a trace. Only the
-// server's thread may call it. These limits bound its memory and time.
+// server's thread may call it. These limits bound its memory and time: requests have a longest
+// length, the client must read an answer in time, and a trace that is not read loses records.
 struct Limits {
   std::size_t clients = 16;
-  /// Further clients, accepted for single requests, such as a confirmation; they get no trace.
+  /// Clients beyond `clients` that are accepted for single requests, such as a confirmation. They
+  /// get no trace.
   std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< longest request line in bytes
   /// Time for the client to send a whole request, and to read a whole answer.
@@ -89,7 +93,8 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   void Start();
   /// Ends the trace if the reload has removed its line.
   void OnReload(const config::Config& config);
-  /// True if it waits for no answer and follows no trace, so another client can take its place.
+  /// True if the client waits for no answer and follows no trace, so it can be disconnected to
+  /// accept another client.
   bool is_idle() const { return !asked_ && out_.empty() && !trace_; }
   /// Returns the client's number. A client that connects later has a higher number.
   std::uint64_t number() const { return client_.number; }
@@ -135,15 +140,17 @@ class ControlServer {
                 asio::io_context& io, const Limits& limits = {});
   ~ControlServer();
 
-  /// Binds config.socket or, if it is empty, the first usable default path; a path on which a
-  /// process listens is not usable. The error lists every path that was tried.
+  /// Binds config.socket or, if it is empty, the first default path that is usable. Replaces a
+  /// socket file on which no process listens; if a process listens, the path is not usable. The
+  /// error lists every path that was tried.
   Status Listen();
   /// To be called before Listen (see RequestHandler::SetReload).
   void SetReload(ReloadService& service) { service_.SetReload(service); }
   /// Applies a reload, on the thread of `io`. Ends the traces of removed lines.
   void Apply(const std::shared_ptr<const config::Config>& config,
              std::shared_ptr<const history::HistorySource> history);
-  /// Ends all sessions and removes the socket file, on the thread of `io` or when it does not run.
+  /// Ends all sessions and removes the socket file. To be called on the thread of `io`, or when
+  /// `io` does not run.
   void Stop();
 
   const std::string& path() const { return path_; }
@@ -166,7 +173,8 @@ class ControlServer {
   asio::steady_timer retry_;
   asio::steady_timer look_;
   std::map<ControlSession*, std::shared_ptr<ControlSession>> sessions_;
-  // A spare descriptor, closed to accept a client when the process has no descriptor left.
+  // A spare descriptor. It is closed when the process has no descriptor left, so that a client can
+  // be accepted.
   int reserve_ = -1;
   std::string path_;
   std::uint64_t inode_ = 0;  // inode of the socket file, so that only our own file is removed
@@ -179,7 +187,8 @@ class ControlServer {
 
 namespace baudgate::control {
 
-/// Runs the control socket on its own thread: long answers must not delay Modbus registers.
+/// Runs the control socket on a thread of its own, because long answers must not delay Modbus
+/// registers.
 class ControlOutput final : public outputs::Output {
  public:
   struct Links {

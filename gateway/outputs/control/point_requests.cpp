@@ -32,7 +32,8 @@ status::Json PointsAt(const bus::PointStore& store, std::uint32_t device,
   return all;
 }
 
-/// Returns nothing without `client` and `seq`; an error if one of the two is missing or wrong.
+/// Returns the id of a repeatable write; nothing if the request has neither `client` nor `seq`. An
+/// error if one of the two is missing or wrong.
 Result<std::optional<bus::RequestId>> IdOf(const status::Json& request) {
   const std::string client = TextOf(request, "client");
   const auto seq = request.find("seq");

@@ -40,14 +40,17 @@ class PointRequests {
   PointRequests(const bus::PointStore& store, bus::CommandSink& sink, bus::RequestBook::Past past)
       : store_(store), sink_(sink), gate_(store, sink), book_(std::move(past)) {}
 
-  /// Starts a write of LINE.DEVICE.POINT; `value` is in the point's unit, `confirm` confirms in
-  /// advance, `client` and `seq`: see RequestId. After an error, `answered` is not called.
+  /// Starts a write. Members of `request`: `target`: LINE.DEVICE.POINT; `value` in the point's
+  /// unit; `confirm`: confirms the write in advance; `client` and `seq`: see RequestId. If Write
+  /// returns an error (one sentence), `answered` is not called.
   Status Write(const config::Config& config, const status::Json& request, const bus::Writer& writer,
                Instant now, Answered answered);
-  /// Returns whether a confirmed write would be allowed now. Sends and records nothing.
+  /// Returns whether permission, limits and interlocks would allow a confirmed write now. Sends and
+  /// records nothing.
   Result<status::Json> MayWrite(const config::Config& config, const status::Json& request,
                                 Instant now) const;
-  /// Starts a read of LINE.DEVICE or LINE.DEVICE.POINT. After an error, `answered` is not called.
+  /// Starts a read of `target`: LINE.DEVICE or LINE.DEVICE.POINT. If Read returns an error (one
+  /// sentence), `answered` is not called.
   Status Read(const config::Config& config, const status::Json& request, const bus::Writer& writer,
               Now now, Answered answered);
 
@@ -57,7 +60,8 @@ class PointRequests {
   /// Returns the point and the value that `request` names, without a deadline.
   Result<bus::WriteAsk> AskOf(const config::Config& config, const status::Json& request) const;
 
-  /// Registers `answered` for the request `id`. False: repeated; gets the first request's answer.
+  /// Registers `answered` for the request `id`. True if the request is new and has to be carried
+  /// out; false if it is repeated and gets the answer of the first request.
   bool IsFresh(const bus::RequestId& id, Instant now, Answered answered);
   void Finish(const std::optional<bus::RequestId>& id, const Answered& answered,
               const WriteResult& result, const status::Json& answer);
@@ -67,7 +71,8 @@ class PointRequests {
   bus::WriteGate gate_;
   Mutex mutex_;
   bus::RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  /// Callbacks that wait for a numbered request; a repeated request has several entries.
+  /// Callbacks that wait for the answer of a numbered request. A repeated request has several
+  /// entries.
   std::vector<std::pair<bus::RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);
 };
 

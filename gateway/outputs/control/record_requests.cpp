@@ -29,7 +29,8 @@ Result<events::AckQuery> Named(const std::string& target) {
   return query;
 }
 
-/// Finds the alarms whose place, as `alarms` prints it, is `target`, e.g. "gateway".
+/// Finds the alarms whose place, as the command `alarms` prints it (events::PlaceOf), is `target`.
+/// Example: "gateway" for alarms that belong to no line.
 std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
                                       const std::string& target) {
   const auto found = std::ranges::find(alarms, target, events::PlaceOf);
@@ -41,7 +42,8 @@ std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
   return query;
 }
 
-/// Returns one page of alarms, sorted by number. `after`: the last number of the previous page.
+/// Returns one page of alarms, sorted by the number of the event that raised each alarm. `after`:
+/// the last number of the previous page.
 status::Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
   std::vector<events::Alarm> alarms = events.Alarms();
   std::ranges::sort(alarms, {}, &events::Alarm::seq);
@@ -56,8 +58,10 @@ status::Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
   return page;
 }
 
-/// Finds the alarms of `target`: a line (without its devices), device, point, event number, or a
-/// text of events::PlaceOf. An error if neither an alarm nor the configuration has this name.
+/// Returns the query for the alarms of `target`: a line ("bay-1", without its devices), a device
+/// ("bay-1.feeder-1"), a point, the number of an event, or a text of events::PlaceOf. Returns an
+/// error if nothing has this name: neither an alarm nor the configuration. A removed device can
+/// still have alarms.
 Result<events::AckQuery> FindAlarms(const config::Config& config, const events::EventSource& events,
                                     const std::string& target) {
   const std::vector<events::Alarm> alarms = events.Alarms();
@@ -86,7 +90,8 @@ status::Json AckJson(const events::Acknowledged& done) {
   return {{"ok", true}, {"acknowledged", done.alarms}, {"trouble", done.trouble}};
 }
 
-/// Parses LINE.DEVICE.NAME.NAME, values that a meter has stored itself; a point has three parts.
+/// Parses LINE.DEVICE.NAME.NAME, which names values that a meter has stored itself. Nothing is
+/// returned if there are not four parts (a point has three).
 std::optional<events::PastQuery> PastQueryOf(const std::string& text) {
   const auto parts = Split(text, '.');
   if (parts.size() != 4) return std::nullopt;
@@ -210,8 +215,9 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   return json;
 }
 
-/// Returns one page of a point's values, or of values that a meter has stored itself. A removed
-/// point still has its values. If there are no values, the error contains the reason.
+/// Returns one page of a point's values, or of the values that a meter has stored itself, or
+/// {"error":…}. A removed point still has its values. If there are no values, the error contains
+/// the reason.
 Json HistoryPage(const Json& request, const KeptValues& kept) {
   if (auto past = PastQueryOf(TextOf(request, "point")))
     return PastPage(request, std::move(*past), kept);
@@ -239,7 +245,8 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   return json;
 }
 
-/// Returns the configured points that match the pattern and have stored values.
+/// Returns {"points":["bay-1.feeder-1.current_l1"]}: the points of the configuration that match the
+/// pattern and whose values are stored. Removed points are not listed.
 Json KeptPoints(const Json& request, const KeptValues& kept) {
   if (kept.history == nullptr) return ErrorJson(kUnavailable, kNoHistory);
   const std::string pattern = TextOf(request, "pattern");
@@ -288,7 +295,8 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   return {OneLine(json)};
 }
 
-/// The events of a removed device can still be requested.
+/// Answers with one page of events, as ShowWrites does. The events of a removed device can still be
+/// requested.
 Reply ShowEvents(const Gateway& gateway, const Request& request) {
   if (!KeepsEvents(gateway)) return Refused(kUnavailable, kNoEvents);
   events::PageQuery query;
@@ -298,7 +306,7 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
   const std::size_t dot = target.find('.');
   if (dot != std::string::npos) query.line = target.substr(0, dot);
   query.device = dot == std::string::npos ? target : target.substr(dot + 1);
-  // Before the page, as in ShowWrites.
+  // The state is read before the page, because the database can be opened meanwhile.
   const events::EventsState state = gateway.info.events->state();
   const auto page = gateway.info.events->Read(query);
   if (!page) return Refused(kUnavailable, "the events cannot be read: " + page.error());
@@ -315,7 +323,7 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
 
 Reply ShowAlarms(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
-  // Before the page, as in ShowWrites.
+  // The state is read before the page, because the database can be opened meanwhile.
   const events::EventsState state = gateway.info.events->state();
   Json json = AlarmsPage(*gateway.info.events, NumberOf(request.json, "after").value_or(0));
   json["events"] = status::EventsJson(state);

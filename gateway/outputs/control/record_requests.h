@@ -1,4 +1,5 @@
-// `ShowWrites` and the functions below answer the requests about stored records.
+// `ShowWrites` and the functions below answer the requests about stored records: `writes`,
+// `events`, `alarms`, `ack`, `history` and `kept_points`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,8 +15,10 @@
 
 namespace baudgate::control {
 
-/// Returns a page of values that a meter has stored itself; records have the form that `baudgate
-/// history --json` prints. "seconds" is the length of a record's interval.
+/// Returns a page of values that a meter has stored itself, e.g. of
+/// LINE.DEVICE.load_1.active_import: {"records":[…],"next":[4711,1790000000000000],"more":false}. A
+/// record has the form that `baudgate history --json` prints; "seconds" is the length of its
+/// interval.
 nlohmann::ordered_json PageJson(const events::PastPage& page, const std::string& point);
 
 // Each function answers the request of the same name.

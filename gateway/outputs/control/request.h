@@ -1,5 +1,6 @@
-// `Request` is a request of the control socket, `Gateway` the parts of the gateway that requests
-// use, and `Reply` the answer. ReloadService carries out `reload` and `confirm`.
+// `Request` is a request of the control socket, `Gateway` contains the parts of the gateway that
+// requests use, and `Reply` is the answer to a request. ReloadService carries out the requests
+// `reload` and `confirm`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -42,7 +43,8 @@ inline std::optional<std::int64_t> NumberOf(const status::Json& request, const c
   return found->get<std::int64_t>();
 }
 
-/// Returns a time in ms since 1970, limited to the range of WallTime.
+/// Returns the time of member `key`, which is in ms since 1970. The value is limited to the range
+/// of WallTime.
 inline std::optional<WallTime> TimeOf(const status::Json& request, const char* key) {
   const auto time = NumberOf(request, key);
   if (!time) return std::nullopt;
@@ -66,9 +68,10 @@ struct ReloadAsk {
 
 struct ReloadAnswer {
   bool ok = false;
-  bool applied = false;
-  int exit_code = 0;  ///< exit code of the command: 2: faulty file; 4: the reload cannot be done
-  std::vector<std::string> changes;
+  bool applied = false;  ///< the reload has changed the running gateway
+  int exit_code = 0;     ///< exit code of the command: 2: faulty file; 4: the reload cannot be done
+  std::vector<std::string> changes;  ///< what has changed, one sentence each
+  /// Warnings about the configuration file, e.g. "…baudgate.yaml:7:3: warning: …".
   std::vector<std::string> warnings{};
   std::string text;
   Duration confirm{};  ///< zero: no confirmation is needed; else the time that is left for it
@@ -80,11 +83,13 @@ class ReloadService {
   virtual ~ReloadService() = default;
   /// Carries out a reload. Any thread may call it; `answered` is called once, on any thread.
   virtual void Reload(const ReloadAsk& ask, Answered answered) = 0;
-  /// Confirms the last reload, so that it is not rolled back. Threads as for Reload.
+  /// Confirms the last reload, so that it is not rolled back. Any thread may call it; `answered` is
+  /// called once, on any thread.
   virtual void Confirm(const std::string& by, Answered answered) = 0;
 };
 
-/// A request for a trace: the client gets the records of this line until it disconnects.
+/// The request for a trace: after the answer, the client gets the records of this line until it
+/// disconnects.
 struct TraceWish {
   std::uint32_t line = 0;
   /// Only records of this device and records without a device; empty: all records.
@@ -99,7 +104,8 @@ struct Reply {
 };
 
 /// The parts of the gateway that requests use. A request holds its Gateway until it is answered; a
-/// reload creates a new one. References and pointers must outlive all requests.
+/// reload creates a new Gateway without waiting for requests. References and pointers must outlive
+/// all requests.
 struct Gateway {
   std::shared_ptr<const config::Config> config;
   const bus::PointStore& store;

@@ -26,7 +26,8 @@ struct Addressed {
   std::uint32_t index = 0;
 };
 
-/// If `target` is a line, returns the line's first device that uses the line's protocol.
+/// Finds the device that `target` names. If `target` is a line, returns the line's first device
+/// that uses the line's protocol.
 Result<Addressed> AddressOf(const config::Config& config, const status::Json& request) {
   const auto target = status::FindTarget(config, TextOf(request, "target"));
   if (!target) return Error{target.error()};
@@ -63,9 +64,10 @@ Status Allows(const Addressed& to, bool reads, bool confirmed) {
 //
 // "sent" is empty if nothing was sent; "reason" then contains the cause.
 
-/// `target`: LINE or LINE.DEVICE, whose protocol is used; `telegram`: hex digits, which the
-/// protocol completes; `write`: the telegram writes. After an error, `answered` is not called; else
-/// it is called once, on any thread; all references must stay valid until then.
+/// `target`: LINE or LINE.DEVICE, whose protocol and options are used; `telegram`: hex digits,
+/// which the protocol completes, e.g. by a checksum; `write`: the telegram writes. If AskManually
+/// returns an error (one sentence), `answered` is not called; else it is called once, on any
+/// thread. All references must stay valid until then.
 Status AskManually(const config::Config& config, lines::LineControl& control,
                    bus::CommandSink& sink, const status::Json& request, const bus::Writer& writer,
                    Instant now, const std::function<void(const status::Json&)>& answered) {

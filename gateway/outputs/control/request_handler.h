@@ -1,5 +1,6 @@
-// `RequestHandler` answers the requests of the control socket, line by line, without sockets.
-// RecordReader answers requests that read the disk.
+// `RequestHandler` answers the requests of the control socket: Answer takes one request line and
+// returns one answer line. It uses no sockets; gateway/outputs/control/control_server.h transports
+// the lines. RecordReader answers requests that read the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,7 +25,8 @@ namespace baudgate::control {
 std::string RecordLine(const records::TraceRecord& record);
 bool Wanted(const TraceWish& wish, const records::TraceRecord& record);
 
-// Command: a request's name, its members and its function (docs/status-reference.md).
+// Command: the name of a request, its members and the function that answers it
+// (docs/status-reference.md).
 
 struct Member {
   enum class Type : std::uint8_t { text, flag, whole, two_wholes };
@@ -41,14 +43,16 @@ struct Command {
 
 const std::vector<Command>& Commands();
 
-// RecordReader reads the disk on its own thread, so that a hanging disk delays no other request.
+// RecordReader answers requests that read the disk, on a thread of its own, so that a disk that
+// hangs does not delay other requests.
 class RecordReader {
  public:
   static constexpr std::size_t kMost = 16;
 
   RecordReader();
 
-  /// `later` gets the answer, on the reader's thread. If the queue is full, returns an error.
+  /// Queues the request. `later` gets the answer, on the reader's thread. If the queue is full, the
+  /// returned Reply contains an error.
   Reply Ask(const Command& command, std::shared_ptr<const Gateway> gateway, status::Json request,
             bus::Writer client, Now now, std::function<void(std::string text)> later);
   /// Waits until the current answer has been read. Queued requests get no answer.
@@ -71,7 +75,8 @@ class RecordReader {
 
 class RequestHandler {
  public:
-  /// The references must outlive this object; those in `info` are needed until the first reload.
+  /// All references must outlive this object. The objects that `info` refers to must live until the
+  /// first reload.
   RequestHandler(const config::Config& config, const bus::PointStore& store,
                  lines::LineControl& control, bus::CommandSink& sink, status::GatewayInfo info);
 
@@ -80,7 +85,8 @@ class RequestHandler {
   Reply Answer(std::string_view request, const bus::Writer& client, Now now, const Later& later);
   void Forget(const bus::Writer& client) { points_.Forget(client); }
   lines::LineControl& control() { return gateway()->control; }
-  /// Enables `reload` and `confirm`, before the first request. `service` must outlive this object.
+  /// Enables `reload` and `confirm`. To be called before the first request. `service` must outlive
+  /// this object.
   void SetReload(ReloadService& service);
   /// Starts a thread that answers the commands that read the disk, until StopReading.
   void ReadApart();

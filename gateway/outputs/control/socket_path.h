@@ -1,4 +1,5 @@
-// `SocketPaths` returns the possible paths of a gateway's control socket, the first choice first.
+// `SocketPaths` returns the possible paths of a gateway's control socket. Gateway and client try
+// them in this order.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +19,8 @@ std::vector<std::string> SocketPaths(const std::string& gateway);
 /// user owns or can write to, because that user could impersonate the gateway.
 Status PrepareDirectory(const std::string& directory);
 
-/// Returns all socket files, whether a process listens on them or not.
+/// Returns all socket files, in the order of `directories`, whether a process listens on them or
+/// not.
 std::vector<std::string> ListSockets(const std::vector<std::string>& directories);
 
 }  // namespace baudgate::control

@@ -1,5 +1,6 @@
-// `ParticipantOptions` contains the DDS domain and interfaces of a gateway or subscriber; the other
-// types are shared by all parts of DDS.
+// `ParticipantOptions` contains the DDS domain and the interfaces that a gateway or a subscriber
+// uses. This header also contains the types that all parts of DDS share: WriterId, Refusal,
+// DatagramCounters, Subscribers and Neighbours.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,13 +25,15 @@ struct ParticipantOptions {
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0: all
   /// The most other participants in the domain; further participants are refused.
   std::size_t participants = 256;
-  /// Other participants drop us when they have received nothing for this time. It should not be
-  /// shorter than the lease of Cyclone DDS (10 s): Cyclone could drop us during a break of the link
-  /// while we still have it in our tables, and Fast DDS would not announce itself again.
+  /// The lease that we announce: other participants drop us when they have received nothing from us
+  /// for this time. It should not be shorter than the lease of Cyclone DDS (10 s): otherwise
+  /// Cyclone could drop us during a break of the link while we still have Cyclone in our tables,
+  /// and Fast DDS would not announce itself to Cyclone again.
   Duration lease = config::kUsualLease;
 
   bool multicast = true;
-  /// IPv4 addresses that get announcements in addition to the multicast group.
+  /// IPv4 addresses of other participants, to which announcements are sent in addition to the
+  /// multicast group.
   std::vector<std::string> peers{};
   std::vector<config::HostPort> discovery_servers{};
   /// Addresses of the subscribers that the previous process of this gateway had matched.
@@ -42,8 +45,9 @@ ParticipantOptions ParticipantOf(const config::Dds& dds);
 
 // WriterId identifies the writer of a sample in the form of RTPS; gateway/tools/watch shows it.
 
-/// PublisherId identifies a participant: one process, possibly with many writers. It is no proof of
-/// identity: anyone in the domain can send with another's id.
+/// PublisherId identifies a participant: one process of one gateway, which can have many writers.
+/// It is not a proof of identity, because anyone in the domain can send with the id of another
+/// participant.
 struct PublisherId {
   std::array<std::uint8_t, 12> bytes{};
   auto operator<=>(const PublisherId&) const = default;
@@ -55,7 +59,8 @@ struct WriterId {
   auto operator<=>(const WriterId&) const = default;
 };
 
-/// E.g. "01.0f.0a.1b.2c.3d.00.00.01.00.00.00"; for a writer, "|0.0.1.2" follows.
+/// Text returns the notation of Fast DDS: "01.0f.0a.1b.2c.3d.00.00.01.00.00.00" for a participant;
+/// for a writer, "|0.0.1.2" follows.
 std::string Text(const PublisherId& id);
 std::string Text(const WriterId& id);
 
@@ -64,7 +69,8 @@ struct Origin {
   WallTime received;
 };
 
-// Why the DDS library does not get a datagram (gateway/outputs/dds/fast/datagram_check.h).
+// Refusal: why a datagram is not passed to the DDS library
+// (gateway/outputs/dds/fast/datagram_check.h).
 enum class Refusal : std::uint8_t {
   none,
   not_rtps,           ///< no RTPS 2 header
@@ -129,7 +135,8 @@ struct DatagramCounters {
   std::uint64_t AllRefused() const {
     return std::accumulate(refused.begin(), refused.end(), std::uint64_t{0});
   }
-  /// Adds the counts of an earlier process, except `participants`, which are gone.
+  /// Adds the counts of an earlier process; its `participants` are not added, because they are
+  /// gone.
   void AddEarlier(const DatagramCounters& earlier) {
     passed += earlier.passed;
     for (std::size_t i = 0; i < kRefusals; ++i) refused[i] += earlier.refused[i];
@@ -151,10 +158,12 @@ struct Neighbours {
   static constexpr std::size_t kMostReached = 64;
   static constexpr std::size_t kMostRemarks = 8;
 
-  /// Addresses of subscribers. The next process announces itself to them at once, because a
-  /// subscriber without multicast would discover it only seconds later.
+  /// IPv4 addresses and ports of subscribers. The next process of this gateway announces itself to
+  /// them at once, because a subscriber without multicast would otherwise discover it only seconds
+  /// later.
   std::vector<config::HostPort> reached;
-  /// Sentences about subscribers that can receive nothing, or faults that affect all subscribers.
+  /// Sentences, each about one subscriber that can receive nothing, or about a fault that affects
+  /// all subscribers.
   std::vector<std::string> remarks;
 
   bool operator==(const Neighbours&) const = default;

@@ -8,7 +8,8 @@
 namespace baudgate::dds {
 namespace {
 
-/// The number of newest events for a new reader, or after a restart without acknowledgement.
+/// The number of newest events that a new reader gets. As many events are repeated after a restart
+/// if subscribers had not acknowledged everything.
 constexpr std::uint64_t kEventImage = 1000;
 constexpr std::size_t kEventsAtATime = 64;
 
@@ -144,7 +145,8 @@ bool NoticeSender::Send(Instant now) {
          SendFrom(alarms_, alarms_due_, now);
 }
 
-/// False: the pacer or the writer accepts no sample now.
+/// Sends the start of the gateway if it is due. False: the pacer or the writer accepts no sample
+/// now.
 bool NoticeSender::SendGateway(Instant now) {
   if (now < gateway_due_) return true;
   if (!paced_.MayWrite(now)) return false;
@@ -154,8 +156,8 @@ bool NoticeSender::SendGateway(Instant now) {
   return true;
 }
 
-/// False: the pacer or the writer accepts no sample now. A refused sample delays the following
-/// ones, because the order is preserved.
+/// Sends the next samples of `sender`. False: the pacer or the writer accepts no sample now. The
+/// order is preserved, so a refused sample delays the following samples until its retry.
 template <typename Sender>
 bool NoticeSender::SendFrom(Sender& sender, Instant& due, Instant now) {
   if (now < due) return true;
@@ -187,7 +189,8 @@ std::optional<Instant> NoticeSender::End(Instant now) {
   return EndOf(alarms_, now);
 }
 
-/// Returns the time of the next call; nothing: all were sent, or they cannot be sent.
+/// Sends the remaining samples of `sender`. Returns the time of the next call; nothing: all samples
+/// were sent, or they cannot be sent.
 template <typename Sender>
 std::optional<Instant> NoticeSender::EndOf(Sender& sender, Instant now) {
   while (const auto* sample = sender.Next()) {

@@ -1,6 +1,7 @@
-// `NoticeSender` sends the samples that precede values: the gateway's start, final samples, events
-// and alarms. A refused sample is sent again after a second. No I/O and no clock. EventSupply
-// supplies events and alarms; EventSender and AlarmSender choose the next one.
+// `NoticeSender` sends the samples that precede values: the start of the gateway, the final samples
+// of removed points and devices, events and alarms. A refused sample is sent again after a second.
+// No I/O and no clock: gateway/outputs/dds/publisher.h calls it with the time. EventSupply supplies
+// the events and alarms; EventSender and AlarmSender choose the next one.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,22 +18,25 @@
 
 namespace baudgate::dds {
 
-/// Supplies stored events and alarms. Any thread may call it; no call waits for the disk.
+/// EventSupply supplies stored events and alarms as samples (gateway/records/events/event_feed.h).
+/// Any thread may call it; no call waits for the disk.
 class EventSupply {
  public:
   virtual ~EventSupply() = default;
-  /// Returns at most `most` events above `after`, in ascending order; none if they must be read
-  /// from the file first: OnNew's function is then called. An event with an empty `gateway` is not
-  /// published: its device is no longer configured.
+  /// Returns at most `most` events with numbers above `after`, in ascending order. If they must be
+  /// read from the file first, it returns none and calls the function of OnNew later. An event with
+  /// an empty `gateway` is not published, because its device is no longer configured.
   virtual std::vector<EventSample> Take(std::uint64_t after, std::size_t most) = 0;
-  /// 0: there are no events, or their file has not been read yet.
+  /// Returns the number of the newest event; 0: there are no events, or their file has not been
+  /// read yet.
   virtual std::uint64_t newest() const = 0;
 
   struct Place {
     std::uint64_t seq = 0;
     bool sure = false;  ///< true: subscribers have acknowledged all events up to `seq`
   };
-  /// The Place of the last Keep, also after a restart; valid when newest() is not 0.
+  /// Returns the Place of the last call of Keep, also after a restart; nothing: Keep was never
+  /// called. The result is valid when newest() is not 0.
   virtual std::optional<Place> place() const { return std::nullopt; }
   virtual void Keep(Place /*place*/) {}
   struct Alarm {
@@ -40,12 +44,14 @@ class EventSupply {
     std::uint64_t version = 0;
     AlarmSample sample{};
   };
-  /// Returns alarms that have changed since version `after` (0: all), sorted by version.
+  /// Returns at most `most` alarms that have changed since version `after` (0: all alarms), in
+  /// their present state, sorted by version.
   virtual std::vector<Alarm> TakeAlarms(std::uint64_t /*after*/, std::size_t /*most*/) {
     return {};
   }
 
-  /// Any thread may call `wake`. After OnNew(null) has returned, no call is in progress.
+  /// Sets the function to call when there are new events or alarms; any thread may call it. Null
+  /// removes the function: no call is in progress when OnNew returns.
   virtual void OnNew(std::function<void()> wake) = 0;
 };
 
@@ -68,7 +74,8 @@ class EventSender {
   explicit EventSender(EventSupply* supply) : supply_(supply) {}
 
   void StartAnew();
-  /// Null: there is nothing to send now. Returns the same event until OnSent.
+  /// Returns the event to send next; null: there is no event to send now. Returns the same event
+  /// until OnSent.
   const EventSample* Next();
   void OnSent();
   /// Stores that subscribers have acknowledged all events that were sent.
@@ -93,14 +100,16 @@ class EventSender {
   std::atomic<std::uint64_t> skipped_ = 0;
 };
 
-// Chooses the next alarm that has changed, in its present state. A new receiver gets all.
+// AlarmSender chooses the next alarm to publish: each alarm that has changed, in its present state.
+// A new receiver gets all alarms.
 class AlarmSender {
  public:
   /// `supply` must outlive this object. Null: there are no alarms.
   explicit AlarmSender(EventSupply* supply) : supply_(supply) {}
 
   void StartAnew();
-  /// Null: there is nothing to send now. Returns the same alarm until OnSent.
+  /// Returns the alarm to send next; null: there is no alarm to send now. Returns the same alarm
+  /// until OnSent.
   const AlarmSample* Next();
   void OnSent();
 
@@ -115,16 +124,19 @@ class NoticeSender {
  public:
   /// Running subscribers on a network without faults discover a new gateway within this time.
   static constexpr Duration kDiscoveryTime = 500ms;
-  /// All running subscribers discover a new gateway within this time. Events wait for it, unless a
-  /// reader of events appears earlier, because the writer stores only the newest events.
+  /// All running subscribers discover a new gateway within this time. Events wait for this time
+  /// unless a reader of events is discovered earlier. Example: 3,000 events wait and the writer
+  /// stores 1,000; sent at once, the oldest 2,000 would be lost before the first reader is
+  /// discovered.
   static constexpr Duration kMeetingTime = 15s;
 
-  /// The references and `events` must outlive this object. `now`: the gateway's start.
+  /// The references and `events` must outlive this object. `now` is published as the gateway's
+  /// start. `events` null: there are no events and alarms.
   NoticeSender(const config::Config& config, const bus::PointStore& store, PacedWriter& paced,
                EventSupply* events, Now now);
 
-  /// `same`: the receiver has only replaced its writers of samples, so the gateway's start and the
-  /// final samples are not repeated.
+  /// Sends everything again to a new receiver. `same` true: the receiver has only replaced its
+  /// writers of samples, so the gateway's start and the final samples are not repeated.
   void StartAnew(Instant now, bool same = false);
   PointEnds& ends() { return ends_; }
   DeviceEnds& device_ends() { return device_ends_; }
@@ -136,7 +148,8 @@ class NoticeSender {
   bool Send(Instant now);
   Instant Due();
 
-  /// Takes at most 700 ms. Returns the time of the next call; nothing: all sent, or not possible.
+  /// Sends the remaining events and alarms at the permitted rate, for at most 700 ms. Returns the
+  /// time of the next call; nothing: all were sent, or they cannot be sent.
   std::optional<Instant> End(Instant now);
   /// Stores that subscribers have acknowledged everything. To be called after End.
   void Confirm() { events_.Confirm(); }

@@ -1,5 +1,6 @@
-// `PointSlots` numbers the points of all devices consecutively; such a number is called a slot.
-// PointEnds and DeviceEnds are queues of final samples of what a reload has removed.
+// `PointSlots` numbers the points of all devices of a store consecutively; such a number is called
+// a slot. FillPoint and FillDevice fill samples. PointEnds and DeviceEnds are queues of final
+// samples of points and devices that a reload has removed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,7 +32,8 @@ class PointSlots {
   const std::shared_ptr<const void>& HoldOf(std::uint32_t device) const { return held_[device]; }
 
  private:
-  /// Keeps each device's record readable for the final samples; null: it was not in the store.
+  /// The handle of each device, by its index, which keeps the device's record readable for the
+  /// final samples; null: the store did not contain the device.
   std::vector<std::shared_ptr<const void>> held_;
   /// The first slot of each device, by its index; the last element is the number of slots.
   std::vector<std::uint32_t> first_;
@@ -48,12 +50,14 @@ std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlo
 
 // FillPoint and FillDevice set all fields of a sample except the gateway's name.
 
-/// `state` must be computed from the point's present value and quality.
+/// Fills `sample` from the point. `state` must be computed from the point's present value and
+/// quality.
 void FillPoint(const bus::DeviceRecord& record, std::uint32_t point, const PointState& state,
                PointSample& sample);
 void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample);
 
-// Points that a reload has removed are published once more, with quality "not connected".
+// The queue of final samples of points that a reload has removed: each point is published once more
+// with its last value and quality "not connected".
 class PointEnds {
  public:
   /// The references must outlive this object.
@@ -69,7 +73,8 @@ class PointEnds {
   std::vector<std::uint32_t> TakeBack(const PointSlots& slots);
 
   bool empty() const { return gone_.empty(); }
-  /// Null: there is nothing to send. Returns the same sample until OnSent.
+  /// Returns the sample to send next; null: there is no sample to send. Returns the same sample
+  /// until OnSent.
   const PointSample* Next();
   void OnSent() { gone_.pop_front(); }
 
@@ -84,7 +89,8 @@ class PointEnds {
   PointSample sample_;  ///< sample of the queue's first point
 };
 
-/// Devices that a reload has removed are published once more, with state `disabled`.
+/// The queue of final samples of devices that a reload has removed: each device is published once
+/// more with its last counters and state `disabled`.
 class DeviceEnds {
  public:
   /// The references must outlive this object.
@@ -95,11 +101,13 @@ class DeviceEnds {
     gone_.push_back({device, std::move(held)});
   }
   void Clear() { gone_.clear(); }
-  /// Removes devices whose name is in use again, e.g. after a restart of their line.
+  /// Removes the devices from the queue whose name is in use again, e.g. because a reload has
+  /// restarted their line.
   void TakeBack();
 
   bool empty() const { return gone_.empty(); }
-  /// Null: there is nothing to send. Returns the same sample until OnSent.
+  /// Returns the sample to send next; null: there is no sample to send. Returns the same sample
+  /// until OnSent.
   const DeviceSample* Next();
   void OnSent() { gone_.pop_front(); }
 

@@ -100,7 +100,8 @@ bool PublishPlan::WantsPoint(std::uint32_t slot, const PointState& state) const 
     return other_text || nan != std::isnan(point.sent.number);
   }
   if (state.number == point.sent.number) return other_text;
-  // Infinity - infinity is NaN, for which `!(… <= deadband)` is true and `>` is not.
+  // The difference of two equal infinities is NaN, for which `!(… <= deadband)` is true and `>` is
+  // not.
   return !(std::abs(state.number - point.sent.number) <= point.deadband);
 }
 
@@ -165,8 +166,9 @@ void PublishPlan::TakeDueDevices(Instant now, std::size_t most,
 
 Instant PublishPlan::NextDue() const { return std::min(due_points_.Next(), due_devices_.Next()); }
 
-// Between three quarters of the heartbeat and all of it, different for each slot: so the samples of
-// one burst spread over time and do not return as a burst.
+// Returns the time from a sample to its heartbeat: between three quarters of the heartbeat and all
+// of it, different for each slot. So the samples of one burst (the start, a line that failed)
+// spread over time and do not return as a burst.
 Duration PublishPlan::Period(std::uint32_t slot) const {
   const std::uint32_t scattered = slot * 2654435769U >> 22;  // golden ratio: 0…1023
   return options_.heartbeat - options_.heartbeat / 4 * scattered / 1024;

@@ -1,5 +1,6 @@
-// `PublishPlan` decides which points are sent and when: after a change beyond the deadband, a
-// change of quality, or as a heartbeat. No I/O. DueQueue finds the next slot that is due.
+// `PublishPlan` decides which points the DDS publisher sends and when: after a change beyond the
+// deadband, a change of quality, or as a heartbeat. No I/O: values and time are arguments. DueQueue
+// finds the next slot that is due.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,13 +14,15 @@
 
 namespace baudgate::dds {
 
-// An indexed heap of slots in which delaying a slot, the most frequent call, writes one number.
+// DueQueue is a priority queue of slots by due time: an indexed heap in which delaying a slot, the
+// most frequent call, writes only one number.
 class DueQueue {
  public:
   /// Contains the slots 0…count-1, all due at `first`.
   DueQueue(std::size_t count, Instant first);
 
-  /// An earlier time costs O(log n); a later time is only stored, until the earlier one is reached.
+  /// Sets the due time of a slot. An earlier time than before costs O(log n) at once; a later time
+  /// is only stored, and the heap is corrected when the earlier time is reached.
   void Set(std::uint32_t slot, Instant due);
   Instant due(std::uint32_t slot) const { return due_[slot]; }
 
@@ -46,10 +49,12 @@ struct PlanOptions {
   Duration retry = 1s;            ///< pause after a write that failed
 };
 
-/// Returns a text, or the digits of a whole number beyond 2^53; else an empty text.
+/// Returns the value as text if a double cannot represent it: a text, or the digits of a whole
+/// number beyond 2^53; else an empty text.
 std::string TextOf(const Value& value);
 
-/// The state that decides whether a point is sent. It is small, because every point has one.
+/// The part of a point's value that decides whether the point is sent. It is small, because every
+/// point has one.
 struct PointState {
   double number = 0;
   std::size_t text_hash = 0;
@@ -58,7 +63,8 @@ struct PointState {
   static PointState Of(const Value& value, Quality quality);
 };
 
-/// At `start` everything is due. Fixed memory; only KeepMarks walks through all points.
+/// PublishPlan decides for each point (by slot) and device whether it is sent. At `start`
+/// everything is due. The memory is fixed, and no call walks through all points except KeepMarks.
 class PublishPlan {
  public:
   PublishPlan(const PlanOptions& options, std::vector<double> deadbands, std::size_t devices,
@@ -69,21 +75,25 @@ class PublishPlan {
   /// True if the point was ever sent, so that its removal must be published.
   bool WasSent(std::uint32_t slot) const { return points_[slot].was_sent; }
   bool DeviceWasSent(std::uint32_t device) const { return devices_[device].was_sent; }
-  /// For a point that was sent before a reload, so that its removal will be published.
+  /// Makes WasSent true for a point that was sent before a reload, so that its removal will be
+  /// published.
   void MarkSent(std::uint32_t slot) { points_[slot].was_sent = true; }
   /// Copies the WasSent marks of a previous plan for the same points and devices.
   void KeepMarks(const PublishPlan& before);
-  /// The point is tried again after `retry`, or when it changes.
+  /// To be called when a point could not be sent: it is tried again after `retry`, or when it
+  /// changes.
   void PointFailed(std::uint32_t slot, Instant now);
 
-  /// If device_interval has not passed, the device becomes due when it has.
+  /// True if the status of a changed device is to be sent now. If device_interval has not passed,
+  /// the device becomes due when it has.
   bool WantsDevice(std::uint32_t device, bus::DeviceState state, Instant now);
   void DeviceSent(std::uint32_t device, bus::DeviceState state, Instant now);
   void DeviceFailed(std::uint32_t device, Instant now);
   /// To be called when the device was removed: it keeps its number and is never due.
   void DeviceGone(std::uint32_t device) { due_devices_.Set(device, Instant::max()); }
 
-  /// Fills `slots` with at most `most` due points. WantsPoint is true for them until they are sent.
+  /// Returns in `slots` at most `most` points that are due for a heartbeat, their first sample or a
+  /// retry. WantsPoint returns true for them until they are sent.
   void TakeDuePoints(Instant now, std::size_t most, std::vector<std::uint32_t>& slots);
   void TakeDueDevices(Instant now, std::size_t most, std::vector<std::uint32_t>& devices);
   Instant NextDue() const;

@@ -1,6 +1,7 @@
-// `Contract` lists the fields of each published type of baudgate.idl; a test compares it with the
-// IDL. The wire form, the key hashes, the types for generic tools, baudgate_types.xml and the JSON
-// of `watch` are derived from it.
+// `Contract` lists the fields of each published type of baudgate.idl; a test compares it with
+// the IDL. From these lists the code derives the wire form (Encode, Decode), the key hashes, the
+// types for generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml (TypesXml), and
+// the JSON of `watch` (gateway/tools/watch/watch_lines.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -211,12 +212,15 @@ void ForEachType(Use use) {
   use(kTypeOf<ReplySample>);
 }
 
-// The wire form is XCDR1, as code from any vendor's IDL compiler writes it.
+// Encode and Decode convert samples to and from the wire form: XCDR1, as code from any vendor's IDL
+// compiler writes it.
 
-/// The encapsulation header: CDR_BE (00 00) or CDR_LE (00 01), and two bytes of options.
+/// The size of the encapsulation header: a representation identifier (CDR_BE 00 00, CDR_LE 00 01)
+/// and two bytes of options.
 inline constexpr std::size_t kCdrHead = 4;
 
-/// The next position for a number of `size` bytes, counted from the encapsulation header's end.
+/// Returns the first position from `at` at which a number of `size` bytes can begin: a multiple of
+/// `size`, counted from the end of the encapsulation header.
 constexpr std::size_t Aligned(std::size_t at, std::size_t size) {
   return kCdrHead + (at - kCdrHead + size - 1) / size * size;
 }
@@ -237,15 +241,17 @@ template <typename Sample>
 inline constexpr std::size_t kMaxBytes = LongestSample<Sample>();
 
 /// Writes little-endian CDR with its encapsulation header. Returns the number of bytes; 0 if a text
-/// is longer than its bound or `to` is too small.
+/// is longer than its bound or `to` is too small. Instantiated for all samples of the contract.
 template <typename Sample>
 std::size_t Encode(const Sample& sample, std::span<std::uint8_t> to);
 
-/// Reads either byte order. False unless the bytes are exactly one sample; never throws.
+/// Reads a sample in either byte order. False unless the bytes are exactly one sample within its
+/// bounds; `sample` is then unspecified. Never throws.
 template <typename Sample>
 bool Decode(View bytes, Sample& sample);
 
-// DDS-XML for tools that load types from a file (RTI Admin Console, PlotJuggler).
+// TypesXml returns the published types as DDS-XML, for tools that load types from a file (RTI Admin
+// Console, PlotJuggler). `baudgate-dds --types-xml` prints it.
 
 std::string TypesXml();
 

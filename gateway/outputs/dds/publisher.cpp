@@ -14,9 +14,9 @@ namespace {
 
 constexpr std::size_t kDueBatch = 64;
 
-// With more points, all wait before the first is sent. Otherwise, a reader that is matched in the
-// middle gets the last points first; Fast DDS 2.9 then searches all its samples for each new one,
-// for ten seconds and more.
+// If there are more points, the publisher waits before it sends all of them. Otherwise, a reader
+// that is matched in the middle receives the last points before the first; with Fast DDS 2.9 it
+// then searches all its samples for each new one, for ten seconds and more.
 constexpr std::size_t kLongImage = 1000;
 
 Instant ImageTime(std::size_t points, Instant now) {
@@ -36,7 +36,8 @@ SampleSender::SampleSender(const config::Config& config, const bus::PointStore& 
       paced_(writer, std::move(log)),
       notices_(config, store, paced_, events, now) {}
 
-/// Only points with slots: a reload can be adding devices to the store meanwhile.
+/// Only points that have slots are planned, because a reload can be adding devices to the store
+/// meanwhile.
 PublishPlan SampleSender::NewPlan(Instant now) const {
   return {{.heartbeat = config_.dds.heartbeat},
           DeadbandsBySlot(store_, slots_),
@@ -110,10 +111,12 @@ bool SampleSender::idle() const {
 Instant SampleSender::Send(Instant now) {
   if (!notices_.Send(now)) return paced_.ReadyAt();
   if (reopen_ && notices_.EndsAreTold() && !Reopen()) return now + PacedWriter::kLongestHold;
-  // The present writers may have no space for points that the reload has added.
+  // Values wait until the writers are replaced, because the present writers may have no space for
+  // points that the reload has added.
   if (reopen_ && notices_.Due() <= now) return now;
   if (!SendRound(now)) return paced_.ReadyAt();
-  // Add comes first, so that changes do not wait until all points were sent once.
+  // The caller calls Add first, so that new changes are sent before the next batch of due points: a
+  // change does not wait until all points were sent once.
   if (!std::exchange(due_may_follow_, false)) return now;
   TakeDue(now);
   if (!SendRound(now)) return paced_.ReadyAt();
@@ -187,7 +190,8 @@ bool SampleSender::SendStaged(Instant now) {
   return true;
 }
 
-/// The next attempt then reads the latest values from the store.
+/// Returns staged samples to the list of points, so that the next attempt reads the latest values
+/// from the store.
 void SampleSender::Unstage() {
   const std::size_t left = round_.staged_count - round_.next_staged;
   round_.next_point -= left;
@@ -226,7 +230,8 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
 
 namespace {
 
-// A wake-up costs more than a sample: faster changes are sent in batches.
+// A wake-up costs more than a sample: if changes come faster than this interval, they are sent in
+// batches.
 constexpr Duration kWakeInterval = 2ms;
 constexpr std::uint32_t kWakeBurst = 64;
 constexpr Duration kAcknowledgeTime = 250ms;
@@ -238,7 +243,8 @@ Status CheckKey(const std::string& what, const std::string& name) {
 
 }  // namespace
 
-// Keys cannot be cut, because two long names could become the same key.
+// Checks that all names fit into their keys. Keys cannot be cut, because two long names could
+// become the same key.
 Status DdsPublisher::CheckNames(const config::Config& config) {
   if (const Status status = CheckKey("gateway", config.name); !status) return status;
   for (const config::Line& line : config.lines) {
@@ -326,7 +332,8 @@ void DdsPublisher::Renew(std::uint64_t session) {
 }
 
 Instant DdsPublisher::End() {
-  // The receiver of a new session has no events yet, so the remaining events are not sent.
+  // After a new session has begun, the receiver has no events yet, so the remaining events are not
+  // sent.
   const bool known = writer_->session() == session_;
   while (known) {
     const auto next = sender_.End(ReadClocks().instant);

@@ -1,5 +1,5 @@
-// `DdsPublisher` publishes points and device states, on its own thread; lines never wait for it.
-// SampleSender turns changes into samples.
+// `DdsPublisher` publishes points and device states on DDS. On its thread, a SampleSender turns
+// changes of the point store into samples. Lines never wait for it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,34 +28,41 @@ struct SampleCounters {
   std::uint64_t events_skipped = 0;  ///< events that were deleted before they could be sent
 };
 
-/// Decides which points and devices are sent now, in which batches and how fast, and sends the last
-/// events at the end. No thread, no clock.
+/// SampleSender decides which points and devices are sent now, in which batches and how fast, and
+/// sends the last events at the end. gateway/outputs/dds/publish_plan.h decides whether a change is
+/// sent. No thread, no clock: DdsPublisher calls it with the time.
 class SampleSender {
  public:
-  /// The references and `events` must outlive this object. `now`: the gateway's start, when
-  /// everything is due. More than 1000 points wait 500 ms, until subscribers have found the
-  /// gateway.
+  /// The references and `events` must outlive this object. `now` is published as the gateway's
+  /// start, and all points and devices are due at that time. If there are more than 1000 points,
+  /// they wait 500 ms, until running subscribers have found the gateway. `events` null: there are
+  /// no events.
   SampleSender(const config::Config& config, const bus::PointStore& store, SampleWriter& writer,
                PacedWriter::Log log, Now now, EventSupply* events = nullptr);
 
-  /// Everything is due at `now`, because the new session's writers are empty. Unless Reopen has
-  /// caused the session, this forgets what was sent, and clears the queues of final samples.
+  /// To be called when a new session has begun, whose writers contain no samples: everything is due
+  /// at `now`. Unless SampleWriter::Reopen has caused the session, this also forgets which points
+  /// and devices were sent, and clears the queues of final samples.
   void StartAnew(Instant now);
 
-  /// Sends final samples of removed points and devices; then replaces the writers, so that late
-  /// subscribers never get the removed points; then sends everything else.
+  /// To be called after a reload. Sends the final samples of removed points and devices; then
+  /// replaces the writers, so that late subscribers never get the removed points; then sends
+  /// everything else, including unsent changes of Add.
   void OnReload(Instant now);
 
-  /// Takes over changes (possibly none). To be called before each Send if and only if idle().
+  /// Takes over changes (possibly none). To be called before each Send if idle() is true, and only
+  /// then.
   void Add(bus::Changes& changes);
   /// False: some changes of Add have not been sent yet.
   bool idle() const;
-  /// Sends at most 64 notices of each kind, then the added changes, then at most 64 due points and
-  /// 64 devices. Only while there is a session. Returns the latest time of the next call.
+  /// Sends at the permitted rate: at most 64 notices of each kind, then the added changes, then at
+  /// most 64 points and 64 devices that are due. To be called only while the writer has a session.
+  /// Returns the latest time of the next call; `now`: at once.
   Instant Send(Instant now);
 
-  /// Returns the time of the next call; nothing: all were sent, or they cannot be sent. The final
-  /// samples of points are sent by baudgate-dds.
+  /// Sends the remaining events and alarms at the permitted rate. Returns the time of the next
+  /// call; nothing: all were sent, or they cannot be sent. The final samples of points are sent by
+  /// baudgate-dds.
   std::optional<Instant> End(Instant now) { return notices_.End(now); }
   void Confirm() { notices_.Confirm(); }
 
@@ -119,8 +126,9 @@ class DdsPublisher {
   /// Takes log lines, on the publisher's thread.
   using Log = PacedWriter::Log;
 
-  /// Publishes everything, then changes; in each new session everything again. References must
-  /// outlive the publisher. To be called before the lines start. An error contains a too long name.
+  /// Starts to publish to `writer`: first everything, then changes; after each new session
+  /// everything again. `config` and `store` must outlive the publisher. To be called before the
+  /// lines start. `events` null: there are no events. An error contains the name that is too long.
   static Result<std::unique_ptr<DdsPublisher>> Create(const config::Config& config,
                                                       bus::PointStore& store,
                                                       std::shared_ptr<SampleWriter> writer,
@@ -131,8 +139,8 @@ class DdsPublisher {
   static Status CheckNames(const config::Config& config);
 
   void OnReload();
-  /// Sends the last events; ends the thread when baudgate-dds has published its final samples, or
-  /// after two seconds. Can be repeated.
+  /// Sends the last events and ends the thread, when baudgate-dds has published all points as not
+  /// connected, or after two seconds at most. A second call does nothing.
   void Stop();
 
   DdsCounters counters() const {

@@ -1,6 +1,7 @@
-// `SampleWriter` is the interface to the DDS library, in this process or in baudgate-dds: it takes
-// samples and passes on write requests. Pacer limits a rate, RequestIntake queues write requests,
-// and PacedWriter writes so slowly that no sample is lost.
+// `SampleWriter` is the interface to the DDS library, which runs in this process or in
+// baudgate-dds: the publisher passes samples to it and receives write requests from it. Pacer
+// limits a rate, RequestIntake queues write requests, and PacedWriter writes so slowly that no
+// sample is lost.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,8 +22,9 @@
 
 namespace baudgate::dds {
 
-/// Limits the rate: `burst` samples at once, then one per `interval`. Otherwise, a burst that
-/// overflows the socket buffers costs seconds of retransmission. The time is an argument.
+/// Pacer limits the rate of samples: `burst` samples at once, then one per `interval`. Without a
+/// limit, a burst that overflows the socket buffers loses samples and costs seconds of
+/// retransmission. The time is an argument.
 class Pacer {
  public:
   Pacer(Duration interval, std::uint32_t burst)
@@ -30,7 +32,8 @@ class Pacer {
 
   /// True if one sample is allowed to be sent now. The sample is then counted as sent.
   bool Take(Instant now);
-  /// The time of half a burst, because a wake-up for every sample would cost more than the sample.
+  /// Returns the time when half a burst is allowed to be sent, because a wake-up for every single
+  /// sample would cost more than the sample.
   Instant ReadyAt() const { return reserved_until_ - allowance_ / 2; }
 
  private:
@@ -39,7 +42,8 @@ class Pacer {
   Instant reserved_until_{};
 };
 
-// A write request between the DDS library and gateway/outputs/dds/writes/write_service.h.
+// WriteArrival is a write request on its way from the DDS library to
+// gateway/outputs/dds/writes/write_service.h.
 struct WriteArrival {
   RequestSample request;
   WriterId writer;
@@ -48,11 +52,13 @@ struct WriteArrival {
   WallTime published{};
   /// True if `published` is before this gateway began to read requests.
   bool early = false;
-  /// True if the client's writer may store samples, so that the request may be an old one.
+  /// True if the client's writer may store samples (be durable), so that the request may be an old
+  /// one.
   bool lasting = false;
 };
 
-/// A bounded queue. Requests beyond its length or rate are dropped; their client repeats them.
+/// RequestIntake is a queue of requests with a bounded length and rate. Requests beyond the bounds
+/// are counted and dropped; their client repeats them.
 class RequestIntake {
  public:
   static constexpr std::size_t kMost = 128;
@@ -81,10 +87,12 @@ class RequestIntake {
 struct Room {
   std::uint32_t points = 0;
   std::uint32_t devices = 0;
-  /// Devices with events, plus 1 for the gateway; 0: no topics of events and alarms.
+  /// The number of devices that have events, plus 1 for the gateway; 0: the topics of events and
+  /// alarms are not opened.
   std::uint32_t events = 0;
 
-  /// Compares points and devices. `events` only decides how many events of each device are stored.
+  /// True if this Room is enough for the points and devices of `other`. `events` is not compared,
+  /// because it only decides how many events of each device are stored.
   bool Holds(const Room& other) const { return other.points <= points && other.devices <= devices; }
 };
 
@@ -95,8 +103,8 @@ enum class Sent : std::uint8_t {
             ///< milliseconds later
 };
 
-/// One thread uses a SampleWriter, but any thread may call subscribers(), datagrams(), neighbours()
-/// and session(), and a second thread may write replies.
+/// One thread uses a SampleWriter, with two exceptions: any thread may call subscribers(),
+/// datagrams(), neighbours() and session(), and a second thread is allowed to write replies.
 class SampleWriter {
  public:
   virtual ~SampleWriter() = default;
@@ -109,31 +117,35 @@ class SampleWriter {
   virtual Sent Write(const AlarmSample&) { return Sent::refused; }
   /// Writes the reply to a request that OnRequest has passed on.
   virtual Sent Write(const ReplySample&) { return Sent::refused; }
-  /// Waits at most `most` until subscribers have acknowledged everything; the last call. False:
-  /// they have not, or it is unknown. baudgate-dds first publishes all points as not connected,
-  /// which can take longer; true then also means that a subscriber of events is connected.
+  /// Waits at most `most` until all subscribers have acknowledged all samples; no other call may
+  /// follow. False: they have not, or the writer cannot find out. If the writer is in baudgate-dds,
+  /// that process first publishes all points as not connected, which can take longer than `most`;
+  /// true then also means that a subscriber of events is connected.
   virtual bool WaitAcknowledged(Duration most) = 0;
-  /// Replaces the writers, so that subscribers no longer see removed points and devices. Until the
-  /// new session() begins, Write accepts no sample.
+  /// Replaces the writers of samples by empty writers with this Room, so that subscribers no longer
+  /// see removed points and devices. Until the new session() begins, Write accepts no sample.
   virtual Sent Reopen([[maybe_unused]] const Room& room) { return Sent::yes; }
   virtual Subscribers subscribers() const = 0;
   virtual DatagramCounters datagrams() const { return {}; }
   virtual Neighbours neighbours() const { return {}; }
 
-  /// 0: there is no receiver of samples. The receiver of a new session has no earlier samples.
+  /// Returns the number of the present session; 0: there is no receiver of samples. A new session
+  /// begins when the receiver has none of the samples that were sent before.
   virtual std::uint64_t session() const { return 1; }
-  /// `changed` is called on any thread when session() changes or the first reader of events
-  /// appears. To be set before the first sample.
+  /// Sets the function that is called whenever session() changes, and when the first reader of
+  /// events appears. `changed` may be called on any thread. To be set before the first sample.
   virtual void OnSession([[maybe_unused]] const std::function<void()>& changed) {}
 
   using TakeRequest = std::function<void(WriteArrival arrival)>;
-  /// Any thread may call `take`. After OnRequest(null) has returned, no call is in progress. If the
-  /// configuration denies writing, no requests are received.
+  /// Sets the function that takes each write request to this gateway; any thread may call it. Null
+  /// removes the function: no call is in progress when OnRequest returns. If the configuration
+  /// denies writing, no requests are received.
   virtual void OnRequest([[maybe_unused]] TakeRequest take) {}
   virtual std::uint64_t dropped_requests() const { return 0; }
 };
 
-// Writes at a rate at which no sample is lost, pauses when the receiver accepts none, and counts.
+// PacedWriter writes samples at a rate at which no sample is lost, pauses when the receiver accepts
+// none, and counts the accepted and refused samples. The time is an argument.
 class PacedWriter {
  public:
   /// Called with a log line when samples begin to be refused, and when they are accepted again.
@@ -145,8 +157,9 @@ class PacedWriter {
   PacedWriter(SampleWriter& writer, Log log);
 
   bool MayWrite(Instant now) { return now >= held_until_ && pacer_.Take(now); }
-  /// Only allowed after MayWrite returned true. After `later`, the caller must write again;
-  /// MayWrite is false until a pause of 1, 2, 4, 8, 10, 10 … ms is over.
+  /// Writes a sample; only allowed after MayWrite returned true. If the result is `later`, the
+  /// caller must write the sample again; MayWrite returns false until a pause of 1, 2, 4, 8, 10, 10
+  /// … ms is over.
   template <typename Sample>
   Sent Write(const Sample& sample, Instant now) {
     const Sent sent = writer_.Write(sample);

@@ -1,4 +1,6 @@
-// `PointSample` and the structs below are the samples of the DDS contract (baudgate.idl).
+// `PointSample` and the structs below are the samples of the DDS contract (baudgate.idl), with the
+// bounds of their texts. point_samples.cpp fills them from the point store, published_types.cpp
+// from received bytes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -66,14 +68,16 @@ struct DeviceSample {
 /// Published at each start of a gateway, and again by each new baudgate-dds process.
 struct GatewaySample {
   std::string gateway;  ///< key
-  /// The start of the gateway (not of baudgate-dds), ns since 1970 UTC; `seq` counts from it.
+  /// The start of the gateway (not of baudgate-dds), in ns since 1970 UTC; every `seq` counts from
+  /// this start.
   std::int64_t start_time_ns = 0;
   std::string version;
 
   bool operator==(const GatewaySample&) const = default;
 };
 
-/// An event of a device or of the gateway (docs/events.md), published when it is on the disk.
+/// An event that a device has recorded or the gateway has detected (docs/events.md). It is
+/// published when it is on the disk.
 struct EventSample {
   std::string gateway;  ///< key
   std::string device;   ///< key
@@ -138,8 +142,9 @@ struct ReplySample {
   bool operator==(const ReplySample&) const = default;
 };
 
-/// Copies at most `bound` bytes of UTF-8, up to the first NUL. Other bytes become U+FFFD, and a
-/// text that is too long ends in "…", so that a reader sees that something is missing.
+/// Copies `text` into `to` as UTF-8 of at most `bound` bytes. Each byte that is not UTF-8 is
+/// replaced by U+FFFD, and a text that is too long is cut and ends in "…", so that a reader sees
+/// that something is wrong or missing. The text ends at the first NUL.
 void AssignBounded(std::string& to, std::string_view text, std::size_t bound);
 
 }  // namespace baudgate::dds

@@ -98,7 +98,8 @@ Result<Issued> Make(const std::string& name, const Validity& validity, X509* iss
   return Issued{Written(certificate_text), Written(key_text)};
 }
 
-/// An EC key on prime256v1, as DDS Security 1.1 (9.3.1) demands. `name` is the CN.
+/// Creates an authority with an EC key on prime256v1, as DDS Security 1.1 (9.3.1) demands. `name`
+/// is its CN.
 Result<Issued> MakeAuthority(const std::string& name, const Validity& validity) {
   return Make(name, validity, nullptr, nullptr);
 }
@@ -149,7 +150,8 @@ std::string Topics(const std::string& tag, std::initializer_list<const char*> to
   return text + "</topics>\n        </" + tag + ">\n";
 }
 
-/// A gateway must not publish write requests, so that its key cannot command other gateways.
+/// Returns the topics that a participant is allowed to use. A gateway must not publish write
+/// requests, so that its key cannot command other gateways.
 std::string Rights(Part part) {
   if (part == Part::publish) {
     return Topics("publish", {"baudgate/[!w]*", "baudgate/write_reply"}) +
@@ -210,7 +212,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Clocks differ, and Fast DDS reads the times of permissions as local times.
+// The validity begins this time before now, because clocks differ, and because Fast DDS reads the
+// times of permissions as local times.
 constexpr Duration kClocksDiffer = 24h;
 
 Status WriteNew(const fs::path& path, const std::string& text, mode_t mode) {

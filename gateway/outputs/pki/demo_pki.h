@@ -29,15 +29,17 @@ struct Issued {
 /// Signs like `openssl smime -sign -text`. Returns the text of a .p7s file.
 Result<std::string> SignDocument(const Issued& authority, const std::string& xml);
 
-// `Part` is the role of an identity. The governance lists what is protected, the permissions list
-// which topics an identity may use: DDS Security 1.1, 9.4.1.2 and 9.4.1.3.
+// `Part` is the role of an identity. Governance and Permissions return the two documents of DDS
+// Security: the governance lists what is protected, the permissions list which topics an identity
+// is allowed to use. Source: DDS Security 1.1, 9.4.1.2 and 9.4.1.3.
 enum class Part {
   publish,    ///< a gateway: publishes all topics except write requests, which it subscribes
   subscribe,  ///< a subscriber: subscribes baudgate/*, publishes nothing
   write,      ///< a subscriber that also publishes baudgate/write
 };
 
-/// Encrypts everything, in the domains 0 to 230, and allows only the topics baudgate/*.
+/// Returns a governance that encrypts everything, in the domains 0 to 230, and allows only the
+/// topics baudgate/*.
 std::string Governance();
 /// Returns the permissions. `name` is the CN of the identity.
 std::string Permissions(const std::string& name, Part part, WallTime from, WallTime until);
@@ -55,8 +57,8 @@ struct DemoPkiOptions {
   Duration validity = kDemoValidity;
 };
 
-/// Returns the folders that were created. An existing authority is used again, and no file is ever
-/// overwritten. Only the owner can read the keys.
+/// Returns the folders that were created, in order. An existing authority is used again, and no
+/// file is ever overwritten. Only the owner can read the keys.
 Result<std::vector<std::string>> WriteDemoPki(const DemoPkiOptions& options, WallTime now);
 
 }  // namespace baudgate::pki

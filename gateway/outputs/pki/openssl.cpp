@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t kLongestFile = 1U << 20;
 
-/// Without a callback, OpenSSL would ask for the password at the terminal.
+/// Password callback for OpenSSL, which without a callback would ask for the password at the
+/// terminal.
 int GivePassword(char* to, int size, int, void* password) {
   const auto& text = *static_cast<const std::string*>(password);
   if (text.size() > static_cast<std::size_t>(size)) return -1;

@@ -1,4 +1,5 @@
-// `Certificate`, `PrivateKey`, `Bio` and others own objects of OpenSSL.
+// `Certificate`, `PrivateKey`, `Bio` and others own objects of OpenSSL. Only gateway/outputs/pki
+// uses them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,10 +35,12 @@ using Pkcs7 = std::unique_ptr<PKCS7, Freed<PKCS7_free>>;
 Bio Reading(const std::string& text);
 std::string Written(const Bio& bio);
 
-/// At most 1 MiB. The error completes a sentence that begins with the file's name.
+/// Returns the text of a file of at most 1 MiB. The error completes a sentence that begins with the
+/// file's name.
 Result<std::string> ReadFile(const std::string& path);
 std::vector<Certificate> ParseCertificates(const std::string& pem);
-/// Null: the text is damaged, or the password is wrong. Never asks at the terminal.
+/// Returns the key; null: the text is damaged, or the password is wrong. Never asks for a password
+/// at the terminal.
 PrivateKey ParseKey(const std::string& pem, const std::string& password);
 
 /// Returns the subject as in the documents of DDS Security, e.g. "CN=baudgate" (RFC 2253).

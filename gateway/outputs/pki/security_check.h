@@ -1,5 +1,5 @@
-// `CheckSecurity` checks whether the files of DDS Security fit together and are valid now, because
-// the DDS library would only report that there is no participant.
+// `CheckSecurity` checks whether the files of DDS Security (`dds: { security: … }`) fit together
+// and are valid now, because the DDS library would only report that there is no participant.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,7 +24,8 @@ struct SecurityReport {
   bool messages_protected = true;  ///< the governance protects whole RTPS messages
   std::string password;            ///< password of the key; must not be shown
 
-  /// Returns the first finding that is not a warning, as "identity: …".
+  /// Returns the first finding that is not a warning, as "identity: …"; empty: there is no such
+  /// finding.
   std::string FirstError() const;
 };
 

@@ -216,7 +216,8 @@ Json AdviceOf(const history::HistoryState& state) {
   return advice;
 }
 
-/// The value and the quality of a gap are null, because they are unknown.
+/// Returns a record of the history. The value and the quality of a gap are null, because they are
+/// unknown.
 Json RecordJson(const history::HistoryRecord& record, const std::string& point) {
   Json json = {{"time", FormatWallTime(history::ToWall(record.entry.time))}, {"point", point}};
   if (record.gap) {

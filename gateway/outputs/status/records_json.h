@@ -1,5 +1,6 @@
 // `AuditJson`, `EventsJson` and `HistoryJson` return the states of the audit, the events and the
-// history for the control socket; PageJson returns their records.
+// history for the control socket; PageJson returns their records. HistoryCsvRow returns a row of
+// the history as CSV.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,23 +34,27 @@ nlohmann::ordered_json AlarmJson(const events::Alarm& alarm);
 ///  "value":4,"unit":"","quality":192,"quality_text":"good"}]}
 nlohmann::ordered_json KeptRecordJson(const events::KeptRecord& record);
 
-/// Records are as in `baudgate events --json`: {"records":[…],"next":412,"more":false}.
+/// Returns {"records":[…],"next":412,"more":false}. A record has the form that `baudgate events
+/// --json` prints.
 nlohmann::ordered_json PageJson(const events::Page& page);
 
 /// Returns {"state":"fine","since":…,"trouble":"","points":12,"readings":…,"advice":[…]}
 nlohmann::ordered_json HistoryJson(const history::HistoryState& state);
 
-/// Records are as in `baudgate history --json`:
-/// {"records":[…],"next":[3,1790000000000],"more":false}.
+/// Return {"records":[…],"next":[3,1790000000000],"more":false}. A record has the form that
+/// `baudgate history --json` prints.
 nlohmann::ordered_json PageJson(const history::Page& page, const std::string& point);
 nlohmann::ordered_json PageJson(const history::TrendPage& page, const std::string& point);
 
-// The CSV of `baudgate history --csv` and of the web page's download, from PageJson's records.
+// HistoryCsvHead and HistoryCsvRow write the CSV of `baudgate history --csv` and of the web page's
+// download, from the records of PageJson.
 
-/// `spans`: the rows are minutes, hours, … and not single values.
+/// Returns the head with its line end. `spans`: the rows are minutes, hours, … and not single
+/// values.
 std::string HistoryCsvHead(bool spans);
 
-/// Times have a form that spreadsheets can read; numbers are unchanged.
+/// Returns a row with its line end. Times have a form that spreadsheets can read; numbers are
+/// unchanged.
 std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans);
 
 /// Returns the text for a record with a gap, e.g. "gap: the gateway was down until …".

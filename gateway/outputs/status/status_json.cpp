@@ -22,7 +22,8 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-/// With fewer descriptors left, there is an advice: opening a database takes three.
+/// If fewer descriptors than this are left, the status contains an advice. For comparison: opening
+/// a database takes three.
 constexpr std::size_t kFew = 4;
 
 }  // namespace
@@ -103,7 +104,8 @@ std::optional<WallTime> StuckSince(std::uint32_t line, const View& view) {
   return view.info.stuck_since ? view.info.stuck_since(line) : std::nullopt;
 }
 
-/// The only advice while a line hangs, because everything else about it is out of date.
+/// Returns the only advice that is shown while the thread of a line hangs, because everything else
+/// about the line is out of date.
 std::string ExplainHang(const config::Line& line, WallTime since) {
   return "hangs since " + FormatWallTime(since) + ": the driver of " + line.port +
          " does not return from a call; unplug the adapter, or restart the gateway";
@@ -201,7 +203,8 @@ Json ReloadJson(const ReloadState& state) {
 
 }  // namespace
 
-/// `age_ms` is the age of the reading. (A device's is that of its last good exchange.)
+/// Returns a point. `age_ms` is the age of the point's reading. (A device's age is that of its last
+/// good exchange.)
 Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now) {
   const config::Point& point = record.device->points[index];
   const Quality quality = QualityAt(record, index, now);
@@ -249,7 +252,8 @@ bool IsSetting(const config::Device& device, const config::Point& point) {
   return is_setting && point.access != config::Access::write && is_setting(point);
 }
 
-/// The scaled sentinel of this quality, e.g. 999 for "out of use"; nothing: none or several.
+/// Returns the scaled value of the sentinel that gives this quality, e.g. 999 for "out of use";
+/// nothing if the quality comes from no sentinel, or if several sentinels give it.
 Value SentinelOf(const config::Point& point, Quality quality) {
   if (quality.reason != Reason::sentinel) return {};
   const auto means = [&](const config::Sentinel& one) { return one.quality.code == quality.code; };
@@ -258,7 +262,8 @@ Value SentinelOf(const config::Point& point, Quality quality) {
   return (raw * point.scale + point.offset).ToDouble();
 }
 
-/// The smallest difference between two values of the point; null: unknown.
+/// Returns the smallest difference between two values of the point; null: the difference is not
+/// known.
 Json ResolutionOf(const config::Point& point) {
   const bool whole = point.type != config::Type::float32 && point.type != config::Type::float64;
   if (point.type == config::Type::string || (!whole && !point.writing.decimals)) return nullptr;

@@ -1,5 +1,6 @@
-// `StatusJson` returns the answer to `baudgate status`: docs/status-reference.md describes the
-// fields; fields are only ever added. SettingsJson returns the settings of a device.
+// `StatusJson` returns the state of a running gateway, its lines and its devices as one JSON
+// object, the answer to `baudgate status`. docs/status-reference.md describes the fields; fields
+// are only ever added. SettingsJson returns the settings of a device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,13 +29,14 @@ struct ReloadState {
   std::string file;    ///< path of the configuration file
   std::string folder;  ///< folder of the confirmed copy; empty: no copy is stored
   WallTime applied{};  ///< time when the running configuration was applied
-  /// After this time without confirmation, the previous configuration is applied again. Nothing: no
-  /// confirmation is needed.
+  /// The end of the time in which somebody must confirm the configuration; after it, the previous
+  /// configuration is applied again. Nothing: no confirmation is needed.
   std::optional<WallTime> confirm_until{};
-  /// Why the running configuration is not that of `file`; empty: both are equal, as far as known.
+  /// A sentence: why the running configuration is not that of `file`; empty: both are equal, as far
+  /// as is known.
   std::string not_the_file;
-  /// The last check: `file` differs from the running configuration, or is unreadable; empty:
-  /// neither.
+  /// A sentence about the last check of `file`: the file differs from the running configuration, or
+  /// cannot be read. Empty: the file can be read and does not differ.
   std::string file_changed;
   /// Why the confirmed copy cannot be written; empty: it can be written.
   std::string not_kept;
@@ -61,7 +63,8 @@ struct GatewayInfo {
   const audit::AuditSource* audit = nullptr;                ///< null: nothing can be written
   events::EventSource* events = nullptr;                    ///< null: no events are stored
   std::shared_ptr<const history::HistorySource> history{};  ///< null: no values are stored
-  /// Nothing: the line's thread does not hang. An empty function: threads are not monitored.
+  /// Returns since when the thread of a line hangs; nothing: it does not hang. If this function is
+  /// empty, the threads are not monitored.
   std::function<std::optional<WallTime>(std::uint32_t line)> stuck_since{};
   std::function<ReloadState()> reload{};  ///< empty: the gateway does not support reloads
   std::function<FilesState()> files{};    ///< empty: the files are not known
@@ -71,12 +74,14 @@ struct GatewayInfo {
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}
 Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now);
 
-/// Returns the status of everything; with `target`, of one line, or of one device with its values.
+/// Returns the status of everything; if `target` is given, only that of one line, or of one device
+/// with its values.
 Json StatusJson(const config::Config& config, const bus::PointStore& store, const GatewayInfo& info,
                 const std::optional<Target>& target, Now now);
 
-/// Answers "settings" (docs/settings.md): every setting of a device, from the store; no request is
-/// sent. An error if the device has no settings.
+/// Returns the answer to the request "settings" (docs/settings.md): every setting of a device with
+/// its value, quality and age, as the store contains them; no request is sent to the device. An
+/// error if the device has no settings.
 Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& store, Target target,
                           Now now);
 

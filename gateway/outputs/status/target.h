@@ -1,4 +1,5 @@
-// `FindTarget` and the functions below find a line, device or points, e.g. "bay-1.feeder-1".
+// `FindTarget` and the functions below find the line, device or points that a user has named, e.g.
+// "bay-1" or "bay-1.feeder-1".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,10 +38,12 @@ struct PointTarget {
 };
 Result<PointTarget> FindPoint(const config::Config& config, std::string_view text);
 
-/// Each part of `pattern`, which has the form LINE.DEVICE.POINT, can contain * and ?.
+/// Returns LINE.DEVICE.POINT for each point that matches `pattern`. The pattern has the same form;
+/// each of its parts can contain * and ?.
 std::vector<std::string> PointsLike(const config::Config& config, std::string_view pattern);
 
-/// The error lists the existing devices. `line` empty: the device can be on any line.
+/// Returns an error that lists the existing devices if there is no such device. `line` empty: the
+/// device can be on any line.
 Status KnowsDevice(const config::Config& config, const std::string& line,
                    const std::string& device);
 

@@ -1,5 +1,6 @@
-// `ValueJson` and `TimeJson` convert values and times to JSON. AddFields adds the rows of a table
-// (gateway/bus/points/counted.h) to an object, LabelsJson returns their labels.
+// `ValueJson` and `TimeJson` convert values and times to JSON for the answers of the control
+// socket. AddFields adds the rows of a table (gateway/bus/points/counted.h) to an object, and
+// LabelsJson returns the labels of the rows.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -52,7 +53,8 @@ nlohmann::ordered_json JsonOf(const bus::RecentOutcomes& recent, Now now);
 /// Returns the number of each symptom of exchanges on the wire; symptoms with 0 are left out.
 nlohmann::ordered_json JsonOf(const bus::Findings& findings, Now now);
 nlohmann::ordered_json JsonOf(const bus::RoundTrips& trips, Now now);
-/// `minutes`: the share of exchanges with an answer; null: no request was sent.
+/// Returns the last hour. `minutes`: for each minute, the share of exchanges in which the device
+/// answered; null: no request was sent.
 nlohmann::ordered_json JsonOf(const bus::LastHour& hour, Now now);
 nlohmann::ordered_json JsonOf(const config::Timing& timing, Now now);
 /// Returns {"ok":12,…,"not_read_back":1}
@@ -67,7 +69,8 @@ nlohmann::ordered_json JsonOf(const std::array<Count, kOutcomeCount>& counts, No
   return json;
 }
 
-/// The suffix of `key` (_us, _ms) is the unit of a duration; an instant becomes its age in ms.
+/// Converts a value. The suffix of `key` (_us, _ms) is the unit of a duration; an instant is
+/// converted to its age in ms.
 template <typename T>
 nlohmann::ordered_json FieldJson(std::string_view key, const T& value, Now now) {
   using Json = nlohmann::ordered_json;
@@ -97,7 +100,8 @@ void AddFields(const T& its, Now now, nlohmann::ordered_json& json) {
   });
 }
 
-/// Returns {"retries":"retries","missed":"missed periods",…} in the order of display.
+/// Returns {"retries":"retries","missed":"missed periods",…}: the labels of a table, in the order
+/// in which they are shown.
 template <config::HasFields T>
 nlohmann::ordered_json LabelsJson() {
   struct Labelled {

@@ -74,7 +74,8 @@ Result<std::string> ReadToken(const std::string& file) {
 
 namespace {
 
-/// "gate:8502" → "gate", "[::1]:8502" → "::1". Empty: `host` is no host name or address.
+/// Returns the name or address without the port: "gate:8502" → "gate", "[::1]:8502" → "::1". Empty:
+/// `host` is not a host name or address.
 std::string NameOf(std::string_view host) {
   std::string_view name = host.substr(0, host.find(':'));
   std::string_view port = host.substr(name.size());
@@ -90,9 +91,9 @@ std::string NameOf(std::string_view host) {
   return std::string(name);
 }
 
-/// Allowed are names of web.hosts, "localhost" from this machine, and the IP address to which the
-/// client has connected or on which the server listens, with any port, because ports can be
-/// forwarded; DNS rebinding needs a name.
+/// True if the Host header is allowed: a name of web.hosts, "localhost" from this machine, or the
+/// IP address to which the client has connected or on which the server listens. The port of an
+/// address does not matter, because ports can be forwarded; DNS rebinding needs a name.
 bool IsOurs(const config::Web& web, const Request& request, const std::string& host) {
   const std::string name = NameOf(host);
   if (name.empty()) return false;
@@ -105,7 +106,8 @@ bool IsOurs(const config::Web& web, const Request& request, const std::string& h
   return name == "localhost" && IsLoopbackPeer(request.peer);
 }
 
-/// Any link is allowed to open the page, because it contains no data.
+/// True if the browser opens the page itself. Any link is allowed to open the page, because it
+/// contains no data.
 bool OpensAPage(const Request& request) {
   return request.method == "GET" && request.Header("sec-fetch-mode") == "navigate" &&
          request.Header("sec-fetch-dest") == "document" && !request.path.starts_with("/api/") &&
@@ -119,7 +121,8 @@ bool IsSameOrigin(const std::string& origin, const std::string& host) {
   return false;
 }
 
-/// Trusted are proxies on this machine and those that web.allow contains.
+/// True if a trusted proxy reports that it has received the request by TLS. Trusted are proxies on
+/// this machine and those that web.allow contains.
 bool CameByTls(const config::Web& web, const Request& request) {
   const bool proxy =
       IsLoopbackPeer(request.peer) || (!web.allow.empty() && IsAllowed(web, request.peer));
@@ -376,7 +379,8 @@ std::optional<Response> Access::Refuse(const Request& request, Instant now) {
   return NeedsLogin(request, now);
 }
 
-/// The files of the page need no login, because they contain no data and are needed for it.
+/// Returns an error if the request needs a login that it does not have. The files of the page need
+/// no login, because they contain no data and are needed for the login.
 std::optional<Response> Access::NeedsLogin(const Request& request, Instant now) {
   const bool open =
       !request.path.starts_with("/api/") && request.path != "/metrics" && request.path != kLogout;

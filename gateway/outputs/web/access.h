@@ -1,5 +1,6 @@
 // `Access` decides which requests are accepted, by address, method and login, and handles login,
-// session and logout. Any thread may call it. `Logins` contains the sessions.
+// session and logout. Any thread may call it. `ReadToken` reads the token, `IsAllowed` checks the
+// address, and `Logins` contains the sessions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,12 +22,14 @@
 
 namespace baudgate::web {
 
-/// Returns the first line of the file. An error, with the remedy, if other users can read it (it
-/// needs mode 0600), the token is too short, ….
+/// Returns the first line of the file: the token that HTTP clients must send. An error if the file
+/// cannot be read, other users can read it (it needs mode 0600), the token is too short, …; the
+/// error contains the remedy.
 Result<std::string> ReadToken(const std::string& file);
 
-// Decides by the client's address and a browser's Origin and Host headers. Prevents a page from
-// outside (DNS rebinding), or on another port of this machine, from using a browser inside.
+// Refusal decides before any login, by the client's address and by the Origin and Host headers of a
+// browser. It prevents a page from outside (DNS rebinding), or a page on another port of this
+// machine, from using a browser inside the network to send requests.
 
 /// Returns the answer that refuses the request; nothing: the request is accepted.
 std::optional<Response> Refusal(const config::Web& web, const Request& request);
@@ -35,12 +38,14 @@ bool IsLoopbackPeer(const std::string& peer);
 /// True if web.allow contains the address or is empty.
 bool IsAllowed(const config::Web& web, const std::string& peer);
 
-/// True if web.acknowledge is on, and nobody can listen to the connection: it is from this machine,
-/// or has TLS up to a proxy that runs on this machine or is listed in web.allow.
+/// True if this request may acknowledge alarms: web.acknowledge is on, and nobody can listen to the
+/// connection. That holds for connections from this machine, and for TLS up to a proxy that runs on
+/// this machine or is listed in web.allow.
 bool MayAcknowledge(const config::Web& web, const Request& request);
 
-// Stores which clients have sent the token: browsers by cookie, programs by each request. An
-// address with too many wrong tokens must wait. Any thread may call it; the time is an argument.
+// `Logins` stores which clients have sent the token: browsers by the random number in their cookie,
+// programs by the token in each request. An address with too many wrong tokens must wait. Any
+// thread may call it; the time is an argument.
 class Logins {
  public:
   static constexpr Duration kSession = 12h;
@@ -49,7 +54,8 @@ class Logins {
   static constexpr std::size_t kMostSessions = 256;
   static constexpr std::size_t kMostAddresses = 1024;
 
-  /// Browsers send the cookies of a machine to all its ports, so `port` is in the name.
+  /// `port` is part of the cookie's name, because browsers send the cookies of a machine to all its
+  /// ports.
   explicit Logins(std::uint16_t port) : cookie_("baudgate-" + std::to_string(port)) {}
 
   /// Sets the token; a changed token ends all sessions. Nothing: no login is needed.
@@ -57,7 +63,8 @@ class Logins {
   bool NeedsToken() const;
 
   enum class Verdict : std::uint8_t { yes, no, wait };
-  /// A request without cookie and bearer token gets "no", but does not count as a failure.
+  /// Checks the cookie or the bearer token. A request without both gets "no", but does not count as
+  /// a failure.
   Verdict Check(const Request& request, Instant now);
   struct Opened {
     Verdict verdict = Verdict::no;
@@ -87,7 +94,8 @@ class Access {
  public:
   static constexpr std::string_view kAcknowledge = "/api/v1/alarms/ack";
 
-  /// `events` must outlive this object; null: no events are recorded.
+  /// `events` must outlive this object; null: no events are recorded. `version` is that of the
+  /// gateway.
   Access(std::uint16_t port, std::string version, const events::EventSource* events)
       : version_(std::move(version)), events_(events), logins_(port) {}
 
@@ -95,7 +103,8 @@ class Access {
   void SetHistory(bool kept);
 
   std::optional<Response> Refuse(const Request& request, Instant now);
-  /// Nothing: another part must answer the request.
+  /// Answers requests for login, logout, session and acknowledgements that are not allowed; returns
+  /// nothing if another part must answer the request.
   std::optional<Response> Answer(const Request& request, Instant now);
 
  private:

@@ -317,7 +317,8 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
   }
 
  private:
-  /// A page that cannot be read ends the table; the pages before it are valid.
+  /// Reads the next page, on PastApi's thread. A page that cannot be read ends the table; the pages
+  /// before it are valid.
   void ReadPage() {
     const auto api = api_.lock();
     const Json page =

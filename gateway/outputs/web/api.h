@@ -1,5 +1,6 @@
-// `LiveApi` and `PastApi` translate HTTP requests to requests of the control socket, and back, so
-// that both share one implementation. `LiveApi` answers from memory, `PastApi` from the disk.
+// `LiveApi` and `PastApi` translate an HTTP request to a request of the control socket, and its
+// answer back, so that HTTP and control socket share one implementation (gateway/outputs/control).
+// `LiveApi` answers from memory, and `PastApi` from the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,7 +25,8 @@ struct Part {
   const char* member = nullptr;
 };
 
-/// The error contains a value that is not a number, or an unknown parameter.
+/// Returns the control request. The error contains a value that is not a number, or an unknown
+/// parameter.
 Result<status::Json> AskOf(const Request& request, std::string_view command,
                            std::initializer_list<Part> parts);
 
@@ -34,7 +36,8 @@ class NoWrites final : public bus::CommandSink {
   bool Submit(bus::WriteCommand) override { return false; }
 };
 
-// LiveApi answers states, values, alarms, streams and metrics from memory, on one thread.
+// `LiveApi` answers from memory: states, values, alarms, streams, metrics. It is used by one
+// thread.
 class LiveApi {
  public:
   static constexpr std::size_t kMostTraces = 8;
@@ -43,7 +46,8 @@ class LiveApi {
     bus::PointStore& store;
     lines::LineControl& lines;
     status::GatewayInfo info;
-    /// The running configuration as YAML without its secrets; empty: not available.
+    /// Returns the running configuration as YAML without its secrets; empty: the configuration is
+    /// not available.
     std::function<Result<std::string>()> configuration{};
     /// Finds the protocol that decodes the bytes of a trace; empty: bytes are not decoded.
     diagnosis::ProtocolFinder protocol{};
@@ -53,12 +57,14 @@ class LiveApi {
 
   /// Answers a request. False: the request is not for LiveApi.
   bool Answer(const Request& request, Now now, const Answered& answered);
-  /// The person is recorded as "web:" and the client's address. `answered` can be called later.
+  /// Acknowledges the alarms that the request names. "web:" and the client's address are recorded
+  /// as the person. `answered` can be called later.
   void Acknowledge(const Request& request, const Answered& answered);
   /// To be called at a reload, with the new configuration and history. Ends all streams.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
-  /// To be called each LivePoints::kTick while there is a viewer. False: there is no viewer.
+  /// Sends changes to viewers. To be called each LivePoints::kTick while there is a viewer. False:
+  /// there is no viewer.
   bool Tick(Now now);
   /// Sends the heartbeat of traces. To be called each second.
   void Beat();
@@ -95,17 +101,20 @@ class LiveApi {
   std::vector<std::weak_ptr<LiveTrace>> traces_;
 };
 
-// PastApi has its own thread, so that a slow disk does not delay viewers of current data.
+// `PastApi` answers from the disk: events and history. It runs on another thread than LiveApi, so
+// that a slow disk does not delay viewers of current data.
 class PastApi {
  public:
-  /// References must outlive this object. All but Apply runs on the thread of `io`.
+  /// All references must outlive this object. All functions but Apply must be called on the thread
+  /// of `io`.
   PastApi(const config::Config& config, const bus::PointStore& store, lines::LineControl& lines,
           status::GatewayInfo info, asio::io_context& io);
 
   /// Answers a request. False: the request is not for PastApi.
   bool Answer(const Request& request, Now now, const Answered& answered);
   static bool Has(std::string_view path);
-  /// At a reload, on any thread. A page that is being read still uses the old history.
+  /// To be called at a reload; any thread may call it. A page that is being read still uses the old
+  /// history.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history) {
     handler_.Apply(std::move(config), std::move(history));

@@ -74,7 +74,8 @@ void Exchange::Complete() {
   std::shared_ptr<Stream> ends;
   const MutexLock lock(mutex_);
   completed_ = true;
-  // Destroyed after the lock, because another thread may end the stream at the same time.
+  // The stream is destroyed after the lock is released, because another thread may end the stream
+  // at the same time.
   ends = std::move(stream_);
 }
 
@@ -107,7 +108,8 @@ std::string LocalAddress(int socket) {
 MHD_Result AddHeader(void* to, MHD_ValueKind, const char* key, const char* value) {
   auto& headers = *static_cast<std::map<std::string, std::string>*>(to);
   const auto [found, is_new] = headers.emplace(Lower(key), value == nullptr ? "" : value);
-  // Repeated headers are joined, so they are refused where only one value is valid.
+  // The values of repeated headers are joined. So a repeated header is refused where only one value
+  // is valid.
   if (!is_new) found->second += std::string(", ") + (value == nullptr ? "" : value);
   return MHD_YES;
 }
@@ -214,7 +216,8 @@ MHD_Response* Make(const Response& response, const Kept& exchange,
   return made;
 }
 
-/// The page must not load anything from other machines, or be shown in other pages' frames.
+/// Headers of every answer: the page must not load anything from other machines, and other pages
+/// must not show it in a frame.
 constexpr std::array<std::pair<const char*, const char*>, 6> kHeaders = {{
     {"Content-Security-Policy",
      "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'; "

@@ -1,6 +1,7 @@
 // `Exchange` is one HTTP request and its answer on a connection of libmicrohttpd. The server's
-// thread requests the answer, or bytes of a stream; any thread can supply them. Until then the
-// connection is suspended; only suspended connections may be resumed.
+// thread requests the answer, or the next bytes of a stream; any thread can supply them. Until then
+// the connection is suspended; only suspended connections may be resumed. `RequestOf` reads the
+// request, and `Send` sends the answer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,7 +31,8 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   Request request;
   std::uint64_t connection_id = 0;
   bool asked = false;  ///< the handler has received the request
-  /// Without an answer, suspends the connection until Answer or End is called.
+  /// Returns the answer. If there is none yet, returns nothing and suspends the connection until
+  /// Answer or End is called.
   std::optional<Response> TakeOrSuspend();
   /// From now on, the answer is read from `stream`, whose wake function wakes the exchange.
   void Attach(std::shared_ptr<Stream> stream);
@@ -67,8 +69,8 @@ int SocketOf(MHD_Connection* connection);
 /// Returns the client's address, e.g. "10.0.0.7"; empty: the address is unknown.
 std::string PeerOf(MHD_Connection* connection);
 
-/// Decodes escapes in place and returns the new length. "%00" is not decoded, because a zero byte
-/// would end the text for the library.
+/// Decodes escapes in place (e.g. "%41" becomes A) and returns the new length. "%00" is not
+/// decoded, because a zero byte would end the text for the library.
 std::size_t Unescape(void*, MHD_Connection*, char* text);
 
 using BytesUnderWay = std::shared_ptr<std::atomic<std::size_t>>;

@@ -93,7 +93,8 @@ void SetUp(int socket, const Limits& limits) {
   ::setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &timeout, sizeof(timeout));
 }
 
-/// Refuses a body whose length is unknown or too great.
+/// Returns the answer that refuses the body of a request because its length is unknown or too
+/// great; nothing: the body is accepted.
 std::optional<Response> WrongContent(const Request& request, const Limits& limits) {
   if (request.Header("transfer-encoding")) {
     return Problem(411, "the content of a request needs a Content-Length");
@@ -158,7 +159,8 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
 
 Status HttpServer::Impl::Start(transports::ListenSocket socket) {
   const int listening = socket.Release();
-  // A greater limit than at_all, so that further clients get 503 instead of waiting.
+  // The library's limit is greater than at_all, so that a client beyond at_all gets 503 instead of
+  // waiting without an answer.
   const auto most = static_cast<unsigned>(limits_.at_all * 2);
   daemon_ = MHD_start_daemon(
       MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, nullptr,
@@ -272,7 +274,8 @@ MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, 
   return MHD_YES;
 }
 
-/// Sends 503 instead if the answers that clients have not read use too much memory.
+/// Sends an answer. Sends 503 instead if the answers that clients have not read yet use too much
+/// memory.
 MHD_Result HttpServer::Impl::Queue(MHD_Connection* connection, const Response& response,
                                    const Kept& exchange, bool last) {
   if (response.owner && *bytes_ > 0 && *bytes_ + response.body.size() > limits_.answers) {

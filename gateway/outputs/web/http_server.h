@@ -1,7 +1,8 @@
-// `HttpServer` serves HTTP on one port: libmicrohttpd with one thread and epoll. A handler can
-// answer later and on any thread; the connection is suspended meanwhile. A slow reader cannot delay
-// others: the kernel's buffers are small, a client that accepts no byte for five seconds is
-// disconnected, and no lock is held while bytes are sent.
+// `HttpServer` serves HTTP on one port: libmicrohttpd with one thread and epoll. Requests are
+// passed to a handler, which can answer later and on any thread; the connection is suspended
+// meanwhile. A slow reader cannot delay others: the kernel's buffer for each connection is small,
+// and a client that accepts no byte for five seconds is disconnected. No lock is held while bytes
+// are sent. `Connections` decides which connections may stay open.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,13 +20,16 @@
 
 namespace baudgate::web {
 
-// If too many connections are open, one that waits for its next request is closed.
+// The limits of the web server's connections. If too many are open, a connection that waits for its
+// next request is closed to accept a new one.
 struct Limits {
   /// Connections that are answered at the same time; further connections get 503.
   std::size_t connections = 256;
-  /// As above, of one client address; not for 127.0.0.1, because proxies run there.
+  /// Connections of one client address that are answered at the same time. 127.0.0.1 has only the
+  /// limit `connections`, because proxies run there.
   std::size_t of_address = 64;
-  /// Open connections; beyond it, the one that has waited longest for a request is closed.
+  /// Connections that are open at the same time. Beyond this number, the one that has waited
+  /// longest for its next request is closed.
   std::size_t at_all = 320;
   Duration request = 10s;  ///< time in which a whole request must arrive
   Duration idle = 5s;      ///< time without a byte while bytes are to be sent or received
@@ -46,10 +50,12 @@ class Connections {
 
   explicit Connections(const Limits& limits) : limits_(limits) {}
 
-  /// At at_all, returns the connection to close, which has waited longest for a request.
+  /// Adds a connection. If at_all is reached, returns the connection to close: the one that has
+  /// waited longest for its next request.
   std::optional<Id> Open(Id id, const std::string& peer, Instant now);
   void Close(Id id) { all_.erase(id); }
-  /// False: too many requests, of all clients or of this address; the caller must answer 503.
+  /// To be called when a request has arrived. False: too many requests of all clients or of this
+  /// address are being answered, so the caller must answer 503.
   bool Begin(Id id, Instant now);
   void Stream(Id id);
   /// To be called when the answer has ended. The time for the next request begins.
@@ -75,9 +81,11 @@ class Connections {
 class HttpHandler {
  public:
   virtual ~HttpHandler() = default;
-  /// Called on the server's thread before the body. Returns an answer to refuse the request.
+  /// Called on the server's thread when the header has arrived, before the body. Returns an answer
+  /// to refuse the request; nothing: the request is accepted.
   virtual std::optional<Response> Refuse(const Request& request) = 0;
-  /// Called on the server's thread. Must not wait. `answered` can be called at once.
+  /// Called on the server's thread when the body has arrived. Must not wait. `answered` can be
+  /// called before Handle returns.
   virtual void Handle(const Request& request, Answered answered) = 0;
 };
 
@@ -88,7 +96,8 @@ class HttpServer {
                                                    HttpHandler& handler, const Limits& limits = {});
   ~HttpServer();
 
-  /// Ends all answers and closes the port. Later answers are dropped. Can be repeated.
+  /// Ends all answers and closes the port. Answers that come later are dropped. Further calls do
+  /// nothing.
   void Stop();
   /// Closes connections that are too slow. To be called about once a second.
   void EndOverdue(Instant now);

@@ -222,7 +222,8 @@ LivePoints::AlarmCounts LivePoints::CountAlarms() const {
   return {state.alarms_active, state.alarms_unacknowledged, state.newest};
 }
 
-/// The newest unacknowledged alarm; if all are acknowledged, the newest alarm.
+/// Returns the event with the numbers of alarms and the newest unacknowledged alarm; if all are
+/// acknowledged, the newest alarm.
 std::string LivePoints::AlarmsEvent() const {
   using Json = nlohmann::ordered_json;
   std::vector<events::Alarm> alarms;

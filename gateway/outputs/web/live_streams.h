@@ -1,6 +1,7 @@
-// `Frames` contains the frames for all viewers of the same points; each is made once. A viewer has
-// a position and no queue; if its next frame was deleted, it gets a snapshot. `LivePoints` streams
-// points, and `LiveTrace` the bytes of a line.
+// `Frames` contains the frames for all viewers of the same points; each frame is made once and
+// shared. Each viewer has the number of its next frame, and no queue. If a viewer is so slow that
+// its next frame was deleted, it gets a snapshot instead. `LivePoints` streams points, and
+// `LiveTrace` streams the bytes of a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -56,9 +57,10 @@ class Frames {
   bool ended_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-// Server-sent events: first a snapshot, then changes at most five times a second, and a heartbeat
-// each second. A frame is made once for all viewers, and only if there is one. One thread uses
-// LivePoints; another can read the streams.
+// `LivePoints` streams points as server-sent events: first a snapshot, then changes at most five
+// times a second, and a heartbeat each second. A frame is made once for all viewers of the same
+// points, and only if there is a viewer. One thread uses LivePoints; another thread can read the
+// streams.
 class LivePoints {
  public:
   static constexpr Duration kTick = 200ms;
@@ -71,9 +73,11 @@ class LivePoints {
       : store_(store), events_(events) {}
   ~LivePoints() { Drop(); }
 
-  /// Adds a viewer of all or one device's points. Null: too many devices are viewed.
+  /// Adds a viewer of all points, or of one device's points. Null: too many different devices are
+  /// viewed.
   std::shared_ptr<Stream> Join(std::optional<std::uint32_t> device, Now now);
-  /// To be called each kTick while there is a viewer. False: there is no viewer any more.
+  /// Sends changes and heartbeats. To be called each kTick while there is a viewer. False: there is
+  /// no viewer any more.
   bool Tick(Now now);
   bool watched() const { return !channels_.empty(); }
   /// Ends all streams. To be called at a reload, because points then get other numbers.

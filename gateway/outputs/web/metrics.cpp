@@ -14,7 +14,8 @@ namespace baudgate::web {
 
 namespace {
 
-// Names of metrics, also in the tables of counters, are a public contract (docs/metrics.md).
+// The names of metrics are a public contract (docs/metrics.md). The names for lines and devices are
+// in the tables of their counters.
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 

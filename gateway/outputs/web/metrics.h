@@ -1,4 +1,5 @@
-// `MetricsText` returns the text that Prometheus reads at /metrics (text format 0.0.4).
+// `MetricsText` returns the text that Prometheus reads at /metrics: the point store in Prometheus'
+// text format 0.0.4. It sends no request to a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,8 +12,9 @@
 
 namespace baudgate::web {
 
-/// Returns the largest number of time series while all points are good, without those of Modbus
-/// requests: a listener has one for every function and exception.
+/// Returns the largest number of time series while all points are good. Series about Modbus
+/// requests are not included, because a listener has one series for every function and exception
+/// that it has answered.
 std::size_t SeriesOf(const config::Config& config);
 
 std::string MetricsText(const config::Config& config, const bus::PointStore& store,

@@ -1,4 +1,5 @@
-// `PointsJson` returns descriptions and values of points, `MapJson` their Modbus addresses.
+// `PointsJson` returns points of the store as JSON: their descriptions and current values.
+// `MapJson` returns the Modbus addresses of a device's points.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +14,8 @@
 
 namespace baudgate::web {
 
-/// A point's number does not change while the gateway runs; new devices get the next ones.
+/// Numbers the points of the store. A point's number does not change while the gateway runs;
+/// devices that a reload adds get the next numbers.
 class PointNumbers {
  public:
   explicit PointNumbers(const bus::PointStore& store);

@@ -35,12 +35,14 @@ struct Request {
   }
 };
 
-/// Read is called on one thread, SetWake before the first Read, the wake function on any thread.
+/// An answer that is sent piece by piece. Read is called on one thread. SetWake is called before
+/// the first Read; the wake function may be called on any thread.
 class Stream {
  public:
   virtual ~Stream() = default;
   static constexpr std::ptrdiff_t kEnd = -1;
-  /// Returns the number of bytes; 0: none now, `wake` will be called; kEnd: the stream has ended.
+  /// Writes bytes to `into` and returns their number; 0: there are none now, and `wake` will be
+  /// called; kEnd: the stream has ended.
   virtual std::ptrdiff_t Read(std::span<char> into) = 0;
   virtual void SetWake(std::function<void()> wake) = 0;
 };
@@ -61,7 +63,8 @@ using Answered = std::function<void(Response)>;
 inline constexpr std::string_view kJson = "application/json";
 
 Response TextResponse(int status, std::string_view type, std::string text);
-/// {"type":"about:blank","title":"Not Found","status":404,"detail":…}
+/// Returns application/problem+json: {"type":"about:blank","title":"Not
+/// Found","status":404,"detail":…}.
 Response Problem(int status, std::string_view detail);
 std::string_view Title(int status);
 

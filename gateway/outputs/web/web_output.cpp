@@ -67,7 +67,8 @@ std::string WebOutput::Serve(const Configuration& config, Port& port) {
     if (!server) return server.error();
     server_ = std::move(*server);
   }
-  // Only after a success, because the next reload compares with the settings in use.
+  // web_ and token_ change only after a success, because the next reload compares with the settings
+  // that are in use.
   web_ = config->web;
   token_ = token;
   if (moved) log::Info("web page on http://{}/", config->web.Address());

@@ -1,4 +1,5 @@
-// `WebOutput` is the web server. A reload can start, stop or move it.
+// `WebOutput` is the web server as an output of the gateway. A reload can start it, stop it, or
+// move it to another address.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +20,8 @@ namespace baudgate::web {
 
 class WebOutput final : public outputs::Output {
  public:
-  /// Descriptors of the web server: web::Limits::at_all, and some spare ones.
+  /// File descriptors that the web server needs if it is on: web::Limits::at_all, and some spare
+  /// ones.
   static constexpr std::size_t kDescriptors = 352;
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.viewers = config.web.on ? kDescriptors : 0};
@@ -31,7 +33,8 @@ class WebOutput final : public outputs::Output {
   std::string_view name() const override { return "web"; }
   Status Open(const Configuration& config) override;
   Status Begin(const Configuration& config) override;
-  /// Adds the token to `settings` if the token file contains another one, or no valid token.
+  /// Adds the token to `settings` if the token file contains another token than the one in use, or
+  /// no valid token.
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;
   std::unique_ptr<Prepared> Prepare(const config::Config& next) override;
@@ -40,7 +43,8 @@ class WebOutput final : public outputs::Output {
   void SetHistory(const Configuration& config,
                   const std::shared_ptr<const history::HistorySource>& history) override;
   void StopRequests() override;
-  /// E.g. "web page on 127.0.0.1:8502"; empty: the web server is off. Any thread may call it.
+  /// Returns e.g. "web page on 127.0.0.1:8502"; empty: the web server is off. Any thread may call
+  /// it.
   std::string Summary() override;
 
  private:

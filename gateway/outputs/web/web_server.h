@@ -1,5 +1,6 @@
-// `WebServer` serves the page, the JSON and the metrics. Clients are checked on the HTTP server's
-// thread; two other threads answer, one from current data and one from the disk.
+// `WebServer` serves the page, the JSON and the metrics of a gateway. Clients are checked on the
+// HTTP server's thread. Two other threads create the answers: one from current data and one from
+// data on the disk. `AssetResponse` returns the files of the page.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +19,8 @@
 
 namespace baudgate::web {
 
-// The files of gateway/outputs/web/page and the chart library, in gzip form.
+// AssetResponse returns the files of the page (gateway/outputs/web/page) and the chart library,
+// which are built into the program in gzip form.
 
 struct PackedFile {
   std::string_view path;  ///< path in the URL, e.g. "/index.html"
@@ -29,7 +31,8 @@ std::span<const PackedFile> PackedFiles();
 
 std::optional<Response> AssetResponse(const Request& request);
 
-/// Returns e.g. "text/css; charset=utf-8" for "/style.css".
+/// Returns the content type by the end of the name, e.g. "text/css; charset=utf-8" for
+/// "/style.css".
 std::string_view TypeOf(std::string_view path);
 
 class WebServer final : public HttpHandler {
@@ -40,8 +43,8 @@ class WebServer final : public HttpHandler {
   };
   /// Opens a listening socket. `at` must be an address of this machine, not a name.
   static Result<transports::ListenSocket> ListenAt(const config::HostPort& at);
-  /// Steps that can fail, so a reload does them before it changes anything. `now`: the settings of
-  /// the server that runs, or null.
+  /// Reads the token and opens the port for `next`. These steps can fail, so a reload does them
+  /// before it changes anything. `now`: the settings of the server that runs; null: no server runs.
   static Result<Opened> Open(const config::Web& next, const config::Web* now);
 
   /// Starts to serve. References in `links` must stay valid for the lifetime of the server.
@@ -50,7 +53,8 @@ class WebServer final : public HttpHandler {
       const Limits& limits = {});
   ~WebServer() override;
 
-  /// A socket in `opened` moves the server to its port. After an error the old port is still used.
+  /// Applies a reload; when Apply returns, the new settings are in use. If `opened` contains a
+  /// socket, the server moves to its port. After an error the server still uses the old port.
   Status Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
                const std::shared_ptr<const history::HistorySource>& history);
   void ApplyHistory(const std::shared_ptr<const config::Config>& config,

@@ -26,7 +26,8 @@ constexpr const char* kPointsOf =
 constexpr const char* kOldestOf =
     "DELETE FROM writes WHERE seq IN (SELECT seq FROM writes WHERE kind=? AND line=? AND device=? "
     "AND point=? AND settled IS NOT NULL ORDER BY seq LIMIT ?)";
-/// A kind may exceed its limit by one part in this, so that many rows are deleted at once.
+/// Records are deleted when a kind exceeds its limit by one part in kSlack (1 %), so that many rows
+/// are deleted at once.
 constexpr std::int64_t kSlack = 100;
 
 struct Share {
@@ -45,7 +46,8 @@ std::int64_t Beyond(const std::vector<Share>& shares, std::int64_t level) {
       [level](std::int64_t sum, const Share& one) { return sum + one.Beyond(level); });
 }
 
-/// Returns the smallest limit per point that leaves at most `rows` records beyond it in all points.
+/// Returns the smallest number of records per point such that the records beyond it, of all points
+/// together, are at most `rows`.
 std::int64_t LevelFor(const std::vector<Share>& shares, std::int64_t rows) {
   std::int64_t low = 0;
   std::int64_t high = 0;
@@ -166,8 +168,9 @@ bool WriteTable::MakeRoom() {
   return true;
 }
 
-/// Points above LevelFor lose their oldest records down to it. The remainder is less than one
-/// record per point: some points lose one more.
+/// Deletes `rows` records of a kind. LevelFor gives the level: all points with more records than
+/// this level lose their oldest records down to it. The remainder is less than one record per
+/// point; some points lose one more record.
 bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
   const std::string_view name = Name(static_cast<Kind>(kind));
   std::vector<Share> shares;
@@ -213,8 +216,8 @@ bool WriteTable::DropOld(WallTime now) {
 
 namespace {
 
-/// Also the delay of the first deletion, so that a clock that was wrong at the start deletes
-/// nothing.
+/// Old records are deleted for the first time a day after the start, so that a clock that was wrong
+/// at the start deletes nothing.
 constexpr Duration kDropOldEvery = kDay;
 
 }  // namespace

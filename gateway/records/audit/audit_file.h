@@ -1,5 +1,7 @@
-// `AuditFile` is the audit's part of events.db: it opens the file, writes the changed records of
-// AuditBook, and reports failures. Used by one thread; reads no clock.
+// `AuditFile` is the audit's part of events.db: it opens the file when needed, writes the changed
+// records of AuditBook, and reports failures. Used by one thread
+// (gateway/records/audit/audit_log.h); it reads no clock. `WriteTable` handles the rows of the
+// table `writes`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,11 +22,13 @@
 
 namespace baudgate::audit {
 
-// The table `writes` of events.db: writes in one transaction, deletes the oldest records. Used by
-// one thread; gateway/records/audit/audit_source.h reads over another connection.
+// `WriteTable` writes records to the table `writes` of events.db, in one transaction, and deletes
+// the oldest records. Used by one thread; gateway/records/audit/audit_source.h reads the table over
+// another connection.
 
-/// Limits of stored records. Above `rows`, the oldest record of the point with most records is
-/// deleted, so a client that writes to one point without end displaces no record of other points.
+/// How many records of a kind are stored, and for how long. If there are more than `rows`, the
+/// oldest record of the point with most records is deleted first, so a client that writes to one
+/// point without end displaces no record of other points.
 struct Room {
   std::int64_t rows = 0;
   Duration age{};
@@ -43,11 +47,13 @@ class WriteTable {
   /// `database` must come from OpenEvents, and outlive this object.
   explicit WriteTable(records::Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
-  /// To be called first. Unfinished writes of the last run get the result "unknown"; `unsettled()`
-  /// then returns the devices of writes to points among them.
+  /// To be called once, before all other functions. Writes that the last run began and did not end
+  /// get the result "unknown"; `unsettled()` then returns the devices of the writes to points among
+  /// them.
   bool SettleOrphans();
   const std::set<Target>& unsettled() const { return unsettled_; }
-  /// All or none; sets the seq of new records. False: database.error() contains the reason.
+  /// Writes all records or none, and sets the seq of new records. False: database.error() contains
+  /// the reason.
   bool Write(std::vector<Draft>& drafts);
   /// Deletes the oldest records of each kind that exceeds its number of rows by more than 1 %.
   bool MakeRoom();
@@ -88,7 +94,8 @@ class AuditFile {
   /// See WriteTable::unsettled. The file must be open.
   const std::set<Target>& unsettled() const { return table_->unsettled(); }
 
-  /// See ReadRequests. The file must be open.
+  /// Returns the latest writes of clients that number their requests; see ReadRequests. The file
+  /// must be open.
   Result<std::vector<bus::PastRequest>> PastRequestsAt(WallTime now) {
     return ReadRequests(connection_.database(), now);
   }

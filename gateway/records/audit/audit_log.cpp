@@ -89,7 +89,8 @@ void AuditBook::NewFile() {
 
 namespace {
 
-/// Leaves out numbers: "40.1 is above the maximum, 40" and "41 is above …" are the same reason.
+/// Returns the reason without its numbers, so that two refused values have the same reason.
+/// Example: "40.1 is above the maximum, 40" and "41 is above the maximum, 40".
 std::string ReasonOf(const WriteRecord& record) {
   std::string reason = record.reason;
   std::erase_if(reason, [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-'; });

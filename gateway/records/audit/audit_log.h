@@ -1,6 +1,7 @@
 // `AuditLog` is the audit while the gateway runs: any thread adds records, and the thread of
-// events.db writes them. Records that come during a commit share the next one. While the disk
-// fails, records wait in memory, and writing is tried again every second.
+// events.db writes them to the file. All records that come during a commit share the next commit.
+// While the disk fails, records wait in memory, up to the limits of AuditBook, and writing is tried
+// again every second.
 //
 //   WriteLog   the interface for writers of records   AuditSource    the interface for readers
 //   AuditLog   the thread and the lock                AuditedWrites  the sink before the lines
@@ -27,7 +28,8 @@
 namespace baudgate::audit {
 
 // `AuditBook` contains the records that are not in the file yet, or have changed since they were
-// written, up to a limit. No thread, no lock, no disk: AuditLog provides these.
+// written. The writing thread takes them from here; they wait here while the disk fails. Their
+// number is limited. No thread, no lock, no disk: AuditLog provides these.
 //
 //   Begin(r)      → 7            a ticket
 //   Due()         → {7, r}       to be inserted
@@ -35,7 +37,8 @@ namespace baudgate::audit {
 //   End(7, ok…)   Due() → {7, seq 1, r}   to be updated; OnWritten → it is removed from the book
 class AuditBook {
  public:
-  /// In the order of Kind. A record counts until its write has ended and it is on the disk.
+  /// The limits of each kind, in the order of Kind. A record counts until its write has ended and
+  /// the record is on the disk.
   static constexpr std::array<std::size_t, kKinds> kLimits = {8192, 2048, 2048, 256};
 
   /// Adds a record. Returns nothing if the limit is reached; the record is lost.
@@ -52,7 +55,8 @@ class AuditBook {
   /// To be called when the file is new: all records of the book have to be written again.
   void NewFile();
 
-  /// The records of all older tickets are in the file too.
+  /// The newest ticket whose record is in the file. The records of all older tickets are in the
+  /// file too.
   Ticket newest_written() const { return newest_written_; }
   std::size_t unwritten() const { return unwritten_; }
   std::uint64_t lost() const { return lost_; }
@@ -76,15 +80,17 @@ class AuditBook {
   std::uint64_t lost_ = 0;
 };
 
-// `Repeats` folds equal writes into one record: writes of one client address to one register, with
-// one outcome and reason. The first is recorded at once; writes within a minute change its count,
-// last value and time. Registers of a client beyond kMostOfClient share one record, as do clients
-// beyond kMost.
+// `Repeats` folds equal writes into one record: writes of one client (its address, with any port)
+// to one register, with one outcome and one reason. The first write is recorded at once; writes
+// within a minute after it change the record's count, last value and time. The number of records is
+// limited: the registers of one client beyond kMostOfClient share one record, and clients beyond
+// kMost share one record of each kind. No thread, no clock.
 class Repeats {
  public:
   /// A record takes repeats for this time after its first write.
   static constexpr Duration kWindow = 1min;
-  /// Limits of a kind, and of one client address in that kind, without the shared records.
+  /// The limits of open records of a kind, and of one client address in that kind. The shared
+  /// records do not count.
   static constexpr std::size_t kMost = 1024;
   static constexpr std::size_t kMostOfClient = 64;
   static constexpr const char* kManyPoints = "many points";
@@ -92,9 +98,11 @@ class Repeats {
 
   explicit Repeats(AuditBook& book) : book_(book) {}
 
-  /// The first of equal writes is put into the book at once. `record.end` must be set.
+  /// Counts a write. The first of equal writes is put into the book at once. `record.end` must be
+  /// set.
   void Add(WriteRecord record, Instant now);
-  /// Passes on changed records, closes those open for kWindow. To be called about once a second.
+  /// Passes changed records to the book, and closes records that were open for kWindow. To be
+  /// called about once a second.
   void Tick(Instant now);
   void Close();
 
@@ -110,7 +118,8 @@ class Repeats {
   };
   using Key = std::string;
 
-  /// If a limit is reached, with the names of the shared record.
+  /// Returns `record`; if a limit is reached, with the names of the shared record instead of its
+  /// own.
   WriteRecord Shared(WriteRecord record) const;
   void Count(const Open& open, bool more);
 
@@ -134,7 +143,8 @@ class AuditLog final : public WriteLog, public AuditSource {
     /// The writer of events.db, which the event log also uses. Null: AuditLog makes one.
     std::shared_ptr<records::EventsWriter> writer{};
     std::function<Now()> clocks;
-    /// Called on any thread: `warn` when the disk begins to fail, `inform` when it works again.
+    /// These receive one line for the log, on any thread: `warn` for example when the disk begins
+    /// to fail, `inform` when it works again.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;
     /// Called when the file is first opened, on the writing thread, with the devices that have a

@@ -13,7 +13,8 @@ namespace {
 constexpr std::string_view kColumns =
     "SELECT seq, kind, time, last, client, line, device, point, old, first, new, outcome, reason, "
     "took, count, settled, request_client, request_seq, request FROM writes ";
-/// Limits of ReadRequests, above what a gateway remembers (gateway/bus/writes/request_book.h).
+/// The limits of the requests that ReadRequests returns: in all, and of one client. They are above
+/// the numbers that a running gateway remembers (gateway/bus/writes/request_book.h).
 constexpr int kRequests = 8192;
 constexpr int kRequestsOfAClient = 33;
 
@@ -84,7 +85,8 @@ Result<Page> ReadPage(records::Database& database, const PageQuery& query) {
     page.records.push_back(RecordOf(rows));
     const WriteRecord& record = page.records.back();
     const std::int64_t next = settled ? record.settled.value_or(page.next) : record.seq;
-    // A client that reads page after page must reach an end even in a damaged file.
+    // The order must advance, so that a client that reads page after page reaches an end even in a
+    // damaged file.
     if (next <= page.next)
       return Error{"the rows of the file are out of order: the file is damaged"};
     page.next = next;

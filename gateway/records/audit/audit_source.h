@@ -15,15 +15,17 @@
 
 namespace baudgate::audit {
 
-// `ReadPage` uses a separate connection, so it delays no writer. The file can contain anything;
-// every field is checked.
+// `ReadPage` reads the records of the audit, page by page, for `baudgate writes`. It uses a
+// separate connection, so it delays no writer. The file can contain anything; every field is
+// checked.
 
 /// The number of records of one page: a line of the control socket with about 40 kB, 1 MB at most.
 inline constexpr std::size_t kPage = 100;
 
 struct PageQuery {
-  /// seq: the order of the requests. settled: only ended writes, in the order of their ends; a
-  /// later page never contains a record that belongs before one already read.
+  /// seq: all records, in the order of the requests. settled: only records of writes that have
+  /// ended, in the order in which they ended; a later page never contains a record that belongs
+  /// before a record already read.
   enum class Order : std::uint8_t { seq, settled } order = Order::seq;
   std::int64_t after = 0;
   std::optional<WallTime> since;  ///< only writes requested at this time or later
@@ -47,7 +49,7 @@ struct AuditState {
   records::Disk disk = records::Disk::opening;
   std::string trouble;
   WallTime since{};
-  bool require = false;     ///< writes are refused while the disk fails
+  bool require = false;     ///< true: writes are refused while the disk fails
   std::size_t waiting = 0;  ///< records that are in memory only
   std::uint64_t lost = 0;   ///< records that were lost because the memory was full
   std::string file;
@@ -58,10 +60,12 @@ class AuditSource {
  public:
   virtual ~AuditSource() = default;
   virtual AuditState state() const = 0;
-  /// Returns an empty page while the file is being opened, which can take long.
+  /// Returns an empty page while the file is being opened, which can take as long as reading the
+  /// whole file.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
-  /// Empty: not known yet. Until then a numbered request must not be carried out, because an
-  /// earlier run may have carried it out.
+  /// Returns the numbered requests of earlier runs; empty: the requests are not known yet. Until
+  /// they are known, a request with a number must not be carried out, because an earlier run may
+  /// have carried it out.
   virtual std::optional<bus::PastRequests> Past() const = 0;
 };
 

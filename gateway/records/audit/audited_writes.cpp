@@ -75,7 +75,8 @@ bool AuditedWrites::Submit(bus::WriteCommand command) {
   const bool telegram = command.telegram() && !command.telegram()->reads;
   if (command.writes().empty() && !telegram) return inner_.Submit(std::move(command));
   const Now now = clocks_();
-  // The lock is held until the command is queued, so that records and commands have the same order.
+  // The lock is held until the command is queued, so that records and commands have the same order
+  // even if several threads submit.
   const MutexLock lock(mutex_);
   if (stop_) return false;
   if (waiting_.full()) {

@@ -1,5 +1,6 @@
-// The parts by which a write gets into the audit: the record, the log, and the sink before the
-// lines.
+// The parts by which a write gets into the audit. `WriteRecord` is one record. `WriteLog` is the
+// interface that stores records. `AuditedWrites` is the sink in front of the lines. `BeginLoan` and
+// `EndLoan` record the loan of a port, and `Witness` records a routed write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,9 +26,12 @@
 
 namespace baudgate::audit {
 
-// One write in the audit. Values are in engineering units, never bytes of a line (docs/audit.md).
+// `WriteRecord` is one write in the audit: its client, the requested value, and the result. Values
+// are in engineering units, as users see them, never bytes of a line. docs/audit.md describes the
+// fields for users.
 
-/// The file limits each kind separately, so that a flood of one kind displaces no other.
+/// The kind of a record. The file limits each kind separately, so that a flood of one kind
+/// displaces no record of another.
 enum class Kind : std::uint8_t {
   point,   ///< a write to a point: recorded before it is sent
   route,   ///< a request passed on unchanged: recorded after its exchange
@@ -55,7 +59,8 @@ struct WriteRecord {
   std::string reason;  ///< why the write failed, as one sentence; empty: the write succeeded
   Duration took{};
   std::uint64_t count = 1;  ///< number of repeats, the first write included
-  /// Client and number of the request, for repeats of the first one; empty: it had no number.
+  /// Client and number of the request; for repeats, of the first request. Empty: the request had no
+  /// number.
   std::optional<bus::RequestId> request{};
   /// Ended writes are numbered in the order in which they ended. Empty: the write has not ended.
   std::optional<std::int64_t> settled;
@@ -65,7 +70,8 @@ struct WriteRecord {
 inline constexpr std::size_t kLongestText = 240;
 std::string Clipped(std::string text);
 
-/// For the file and for programs: "ok", "unknown", …; "pending" while the write has not ended.
+/// Returns the name of the outcome, for the file and for programs: "ok", "unknown", …; "pending"
+/// while the write has not ended.
 std::string_view OutcomeOf(const WriteRecord& record);
 std::optional<WriteEnd> EndNamed(std::string_view name);
 std::optional<Kind> KindNamed(std::string_view name);
@@ -94,20 +100,24 @@ class WriteLog {
     late,     ///< the disk did not answer in time
   };
   virtual ~WriteLog() = default;
-  /// To be called before the write is sent. Empty: no room for the record.
+  /// Adds the record of a write that is about to be sent. Empty: the log has no room for the
+  /// record.
   virtual std::optional<Ticket> Begin(WriteRecord record) = 0;
   virtual void End(Ticket ticket, const Ending& ending) = 0;
-  /// Waits until this record, and all before it, are on the disk; no longer than `until`.
+  /// Waits until the record of this ticket, and all records before it, are on the disk; no longer
+  /// than `until`.
   virtual Written WaitFor(Ticket ticket, Instant until) = 0;
-  /// For a write that has ended or was denied. Equal writes share a record.
+  /// Adds the record of a write that has ended, or was denied; it was requested at `asked`. Equal
+  /// writes share a record.
   virtual void Note(WriteRecord record, Instant asked) = 0;
   /// Why WaitFor fails now, as a sentence; empty: the disk works.
   virtual std::string Trouble() const = 0;
 };
 
-// `AuditedWrites` is the sink in front of the lines. Writes to points, and manual telegrams that
-// may write, wait until their record is on the disk, 500 ms at most. They do not overtake each
-// other; commands that only read go to the line at once.
+// `AuditedWrites` is the sink in front of the lines. Each write to a point, and each manual
+// telegram that may write, waits until its record is on the disk, 500 ms at most, and then goes to
+// the line; the end of the write completes the record. Writes do not overtake each other; commands
+// that only read go to the line at once.
 //
 //   Submit(w) → Begin(record of w) → written → inner.Submit(w) → w.End(ok) → End(record, ok)
 //                                  → not written, require      → w.End(denied)
@@ -115,17 +125,20 @@ class WriteLog {
 //
 class AuditedWrites final : public bus::CommandSink {
  public:
-  /// The command waits in a queue, so neither the line nor the caller of Submit waits.
+  /// The longest time that a command waits for its record. It waits in a queue, so neither the line
+  /// nor the caller of Submit waits.
   static constexpr Duration kWaitForRecord = 500ms;
   /// The number of commands that can wait for their records.
   static constexpr std::size_t kLimit = 1024;
 
-  /// All references must outlive this object, `log` also every command passed to `inner`.
+  /// All references must outlive this object; `log` must also outlive every command that was passed
+  /// to `inner`. `audit`: with `require`, a write without a record is denied.
   AuditedWrites(const bus::PointStore& store, bus::CommandSink& inner, WriteLog& log,
                 config::Audit audit, std::function<Now()> clocks);
   ~AuditedWrites() override { Stop(); }
 
-  /// For any thread; does not wait. The result can be reported on another thread than the line's.
+  /// Can be called on any thread; does not wait. The command's result can be reported on another
+  /// thread than the line's.
   bool Submit(bus::WriteCommand command) override;
   void OnNotTaken(const bus::DeniedWrite& denied) override;
 
@@ -133,7 +146,8 @@ class AuditedWrites final : public bus::CommandSink {
   /// Passes on, or denies, the commands that still wait. From now on Submit refuses commands.
   void Stop();
 
-  /// Passes on or denies the next command. False: none waits. Tests call this in place of Start.
+  /// Waits for the record of the next command, and passes the command on or denies it. False: no
+  /// command waits. Tests call this in place of Start.
   bool HandOn();
 
  private:
@@ -148,7 +162,8 @@ class AuditedWrites final : public bus::CommandSink {
   WriteRecord RecordOf(const bus::WriteCommand& command, const bus::PointWrite& write,
                        Now now) const;
   std::vector<WriteRecord> RecordsOf(const bus::WriteCommand& command, Now now) const;
-  /// `point` empty: the record is for a telegram.
+  /// Makes a record with the names of line, device and point. `point` empty: the record is for a
+  /// telegram.
   WriteRecord Named(Kind kind, std::uint32_t device, std::optional<std::uint32_t> point) const;
   void NoteBusy(const bus::WriteCommand& command, Now now);
 
@@ -163,7 +178,8 @@ class AuditedWrites final : public bus::CommandSink {
   Worker worker_;
 };
 
-// A loan of a port to a client has two records, without the bytes that the client sent.
+// A loan of a port to a network client has two records: its beginning and its end. The records do
+// not contain the bytes that the client sent.
 struct Loan {
   std::string line;
   std::string client;  ///< "10.0.0.7:40112"
@@ -175,8 +191,9 @@ void BeginLoan(WriteLog& log, const Loan& loan, const std::string& how);
 /// `how`: text of the record. Example: "it disconnected; 120 bytes to the port, 340 from it".
 void EndLoan(WriteLog& log, const Loan& loan, const std::string& how, Now now);
 
-// A write that is routed to a slave unchanged. Its record is made after the exchange, so the
-// exchange does not wait for the record.
+// A write that is routed to a slave unchanged. Its record is made after the exchange, and the
+// exchange does not wait for it. Used by gateway/outputs/modbus/service for every routed request
+// except reads.
 struct RoutedWrite {
   std::string client;
   std::string target;  ///< name of the line, or "10.0.0.9:502"
@@ -186,12 +203,14 @@ struct RoutedWrite {
   Now asked;
 };
 
-/// Point and value, at most 16 values: "06 holding 100", 7; "16 holding 100-101", "1 2". For
-/// functions other than 5, 6, 15, 16, 22 and 23, the point contains only the function.
+/// Makes the record of a routed write. Its point contains the function and the address, its value
+/// at most 16 values. Examples: "06 holding 100", 7; "16 holding 100-101", "1 2". For functions
+/// other than 5, 6, 15, 16, 22 and 23, the point contains only the function.
 WriteRecord RecordOf(const RoutedWrite& write);
 
-/// `Witness` reports once to the log how a routed request ended. If all copies of the function of
-/// Watch are destroyed without a call, the result is unknown.
+/// `Witness` records one routed request: it reports once to the log how the request ended. If all
+/// copies of the function of Watch are destroyed without a call, it reports that the result is not
+/// known.
 class Witness {
  public:
   /// `log` must outlive this object.

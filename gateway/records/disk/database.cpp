@@ -24,7 +24,8 @@ sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
   return file != nullptr && file->pMethods != nullptr ? file : nullptr;
 }
 
-/// The gateway's own statements are correct, so another program has removed the table or column.
+/// True if a table or column is missing. The gateway's own statements are correct, so another
+/// program has removed the table or column since the file was opened.
 bool NamesMissingTable(const std::string& error) {
   return error.starts_with("no such table: ") || error.starts_with("no such column: ") ||
          error.find(" has no column named ") != std::string::npos;

@@ -1,5 +1,6 @@
-// `Database` and `Statement` wrap SQLite for the state folder, without exceptions. Bound texts are
-// copied; returned texts are valid until the next step.
+// `Database` and `Statement` wrap SQLite for the state folder: a connection and a prepared
+// statement, without exceptions. Bound texts are copied; returned texts are valid until the next
+// step. `ReadOnce` reads a file over a separate connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,29 +34,35 @@ class Database {
 
   bool is_open() const { return handle_ != nullptr; }
   const std::string& error() const { return error_; }
-  /// The last call failed because the file is not a database, is damaged, or lacks tables that it
-  /// had. Closing the database then changes neither the file nor its log.
+  /// True if the last call failed because the file is not a database, is damaged, or lacks tables
+  /// that it had (another program has changed them). Closing the database then changes neither the
+  /// file nor its log.
   bool damaged() const { return damaged_; }
 
   bool Execute(const std::string& sql);
   /// Rolls back a transaction that has failed. error() does not change.
   void Rollback();
-  /// Writes the write-ahead log to the file. False: another connection reads, or the disk fails.
+  /// Writes the whole write-ahead log to the file. False: a part is still in the log, because
+  /// another connection reads, or because the disk fails.
   bool EmptyLog();
-  /// Reads the whole file and returns what is damaged; empty also if the check itself failed.
+  /// Reads the whole file from the disk and returns what is damaged. Empty: nothing is damaged, or
+  /// the check itself failed.
   std::optional<std::string> Damage();
   /// From now on, closing the database changes neither the file nor its log. To be called when
   /// another file has its name, or when the log is damaged.
   void Abandon();
 
-  /// SQLite's own descriptors are used: closing a separate one would end all locks of this process
-  /// on the file (fcntl), and the next program that reads the database would remove its log.
+  /// The part that is read, as it is on the disk. SQLite's own descriptors are used: closing a
+  /// separate descriptor would end all locks of this process on the file (fcntl), and the next
+  /// program that reads the database would remove its log.
   enum class Part : std::uint8_t { file, log };
   /// Returns the size in bytes; empty: the size cannot be read.
   std::optional<std::uint64_t> SizeOf(Part part) const;
-  /// Reads fewer than `count` bytes if the file ends before.
+  /// Reads `count` bytes from `at`, or fewer if the file ends before. Empty: the bytes cannot be
+  /// read.
   std::optional<Bytes> Read(Part part, std::uint64_t at, std::size_t count) const;
   /// Returns the first bytes of the index of the write-ahead log, which all connections share.
+  /// Empty: there is no index.
   Bytes ReadIndex(std::size_t count) const;
   /// Returns the first column of the first row; empty: there is no row, or the statement failed.
   Value First(const std::string& sql);
@@ -78,10 +85,12 @@ class Statement {
   enum class Step : std::uint8_t { row, done, failed };
 
   Statement() = default;
-  /// `database` must outlive the statement and not move. If `sql` cannot be prepared, Next fails.
+  /// `database` must outlive the statement and must not move. If `sql` cannot be prepared, Next
+  /// fails.
   Statement(Database& database, std::string_view sql);
 
-  /// Places count from 1. An unsigned value above 2^63 - 1 is bound as a text.
+  /// Binds a value to a place; places count from 1. An unsigned value above 2^63 - 1 is bound as a
+  /// text.
   void Bind(int place, std::int64_t number);
   void Bind(int place, std::string_view text);
   void Bind(int place, const std::string& text) { Bind(place, std::string_view(text)); }
@@ -113,7 +122,8 @@ class Statement {
   std::string_view Text(int column) const;
   double Real(int column) const;
   View Blob(int column) const;
-  /// From microseconds since 1970, clamped to the range of FormatWallTime.
+  /// Returns a time from microseconds since 1970. A number out of range is changed to the nearest
+  /// time that FormatWallTime can print.
   WallTime Time(int column) const;
   bool IsNull(int column) const;
   /// Returns an integer, a real number or a text; empty for NULL and for a blob.
@@ -129,8 +139,9 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Closer> handle_;
 };
 
-/// Opens the file, calls `read`, and closes it. All that `read` reads belongs to one moment. If
-/// `read` fails, `damaged` (can be null) is set to whether SQLite has found damage.
+/// Opens the file, calls `read` with the connection, and closes it. All that `read` reads belongs
+/// to one moment. If `read` fails, `damaged` (can be null) is set to true if SQLite has found that
+/// the file is damaged, else to false.
 template <typename Read>
 auto ReadOnce(const std::filesystem::path& file, bool* damaged, Read read)
     -> decltype(read(std::declval<Database&>())) {

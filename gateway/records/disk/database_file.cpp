@@ -42,7 +42,8 @@ std::size_t ReadSome(std::istream& in, Bytes& bytes) {
   return static_cast<std::size_t>(in.gcount());
 }
 
-/// First word of a log whose checksums are over little-endian words; big-endian: + 1.
+/// The first word of a write-ahead log whose checksums are over little-endian words. If the
+/// checksums are over big-endian words, the first word is kLogMagic + 1.
 constexpr std::uint32_t kLogMagic = 0x377F0682;
 constexpr std::size_t kLogHead = 32;
 constexpr std::size_t kFrameHead = 24;
@@ -57,7 +58,8 @@ class LogSum {
       second_ += Word(bytes + i + 4) + first_;
     }
   }
-  /// In the file, the words of a checksum are always big-endian.
+  /// True if the checksum equals the 8 bytes at `at`. In the file, the words of a checksum are
+  /// always big-endian.
   bool Is(const std::uint8_t* at) const { return Big(at) == first_ && Big(at + 4) == second_; }
 
  private:
@@ -68,7 +70,8 @@ class LogSum {
   std::uint32_t second_ = 0;
 };
 
-/// Empty: no damage. SQLite reports some of these faults as "readonly" or "unsupported".
+/// Returns what is wrong with the first bytes of a database; empty: the bytes are valid. SQLite
+/// reports some of these faults as "readonly" or "unsupported".
 std::optional<std::string> HeadDamage(View head) {
   const auto damage = [](const char* what) {
     return std::optional<std::string>(fmt::format("its header is damaged: {}", what));
@@ -152,12 +155,14 @@ std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page
       sum.Add(&frame[kFrameHead], page);
       broken = !same_salts() || !sum.Is(&frame[16]);
     }
-    // Frames with other salts are left over from before the last checkpoint.
+    // Frames with other salts are left over from before the last checkpoint, after which SQLite
+    // writes the log from its beginning again.
     if (!broken || !same_salts()) continue;
     behind_a_commit = behind_a_commit || commits > 0;
     commits += Big(&frame[4]) != 0 ? 1 : 0;
   }
-  // A single lost commit at the end was being written when the power failed.
+  // A single lost commit at the end of the log is not damage: it was being written when the power
+  // failed.
   return commits == 1 && !behind_a_commit ? 0 : commits;
 }
 
@@ -185,7 +190,8 @@ std::optional<std::string> LogDamage(const fs::path& file) {
   }
   const std::size_t commits = LostCommits(in, head, page, sum);
   if (commits == 0) return std::nullopt;
-  // If another connection has begun the log again, the count is not valid.
+  // Another connection may have begun to write the log from its beginning again. Then the count is
+  // not valid.
   Bytes now(kLogHead);
   in.clear();
   in.seekg(0);
@@ -205,7 +211,8 @@ std::uint32_t Big(const Bytes& bytes, std::size_t at) {
   return ByteReader(bytes).U32Be(at).value_or(0);
 }
 
-/// The index's first bytes: https://www.sqlite.org/walformat.html, 2.
+/// The first bytes of the index of the write-ahead log, which all connections share:
+/// https://www.sqlite.org/walformat.html, 2.
 struct LogIndex {
   static constexpr std::size_t kSize = 100;
   static constexpr std::size_t kHead = 48;  // size of the head, of which the index has two copies
@@ -216,7 +223,8 @@ struct LogIndex {
 
   explicit LogIndex(Bytes its_bytes) : bytes(std::move(its_bytes)) {}
 
-  /// The copies of the head differ while a connection changes the index.
+  /// True if the log contains frames and the two copies of the index's head are equal. They differ
+  /// while a connection changes the index.
   bool valid() const {
     return bytes.size() == kSize && bytes[12] == 1 && frames() > 0 &&
            std::equal(bytes.begin(), bytes.begin() + kHead, bytes.begin() + kHead);
@@ -232,7 +240,9 @@ struct LogIndex {
     return size == 1 ? 65536 : size;
   }
   std::uint32_t frames() const { return Word(16); }
-  std::uint32_t in_the_file() const { return Word(96); }
+  std::uint32_t in_the_file() const {
+    return Word(96);
+  }  // number of the log's frames that were copied to the file
   View salt() const { return View(bytes).subspan(32, 8); }
 
   Bytes bytes;
@@ -268,8 +278,8 @@ void OpenFile::RemoveOwn(const char* part, const Id& id) const {
 OpenFile::Look OpenFile::LookAt(Database& database) {
   if (id_.inode == 0) return {};
   const Id id = IdOf();
-  // If stat fails for another reason, it is unknown whether the file exists; the descriptors still
-  // work.
+  // If stat fails for another reason, it is unknown whether the file exists. The open descriptors
+  // still work.
   if (id.inode == 0 && errno != ENOENT && errno != ENOTDIR) return {};
   if (id != id_) {
     // SQLite would copy the log of the old file into the new file.
@@ -287,8 +297,9 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
   if (log_.inode == 0) log_ = log;
   if (index_.inode == 0) index_ = IdOf(kIndex);
   if (log == log_) return LookAtLog(database);
-  // The open log has lost its name; a log that has the name now belongs to another database. If a
-  // reader prevents emptying the open log, the next call tries again.
+  // The log that SQLite has open has lost its name, and still contains what was committed. A log
+  // that has the name now belongs to another database. If a reader prevents emptying the open log,
+  // the next call tries again.
   if (!database.EmptyLog()) return {};
   RemoveOwn(kLog, log);
   return {Found::stale,
@@ -297,8 +308,8 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
                       kAdvice)};
 }
 
-/// Checks the first bytes: some never change, others are 0 until the log is first copied to the
-/// file.
+/// Returns what is wrong with the first bytes of the open file; empty: the bytes are valid. Some of
+/// these bytes never change; others are 0 until the log is first copied to the file.
 std::string OpenFile::HeadTrouble(const Database& database) {
   constexpr std::size_t kFixed = 24;
   constexpr std::size_t kPages = 28;
@@ -394,7 +405,8 @@ std::optional<std::int64_t> WholeNumber(Database& database, const char* sql) {
                                                      : std::nullopt;
 }
 
-/// Also migrates the tables. `check`: the result of SQLite's quick_check.
+/// Checks that the file belongs to the program `kind.application` and has a known version, and
+/// migrates its tables. `check`: the result of SQLite's quick_check.
 Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::string& check,
                    std::string& why) {
   const auto application = WholeNumber(database, "PRAGMA application_id");
@@ -442,7 +454,8 @@ Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string
   return LookAtVersion(database, kind, baudgate::ToText(check), why);
 }
 
-/// Renames the file with its log and index. Empty: it cannot be renamed.
+/// Renames the file together with its log and index. Returns the new name; empty: the file cannot
+/// be renamed.
 fs::path PutAside(const fs::path& file) {
   fs::path to;
   std::error_code error;
@@ -463,7 +476,8 @@ std::string RenamedText(const fs::path& file, const std::string& why, const fs::
                      file.string(), why, to.filename().string());
 }
 
-/// A file system can leave an empty file after a power cut; an opened database is never empty.
+/// True for an empty file. A file system can leave an empty file after a power cut; a database of
+/// the gateway is never empty once it was opened.
 bool IsEmpty(const fs::path& file) {
   std::error_code none;
   return fs::is_regular_file(file, none) && fs::file_size(file, none) == 0;

@@ -26,13 +26,17 @@ class DeviceMemory {
   static constexpr Duration kAgain = 10s;
 
   using Tell = std::function<void(const std::string&)>;
-  /// `warn` is called if the file cannot be read. `trouble` is called on the writing thread; an
-  /// empty text: the file can be written again. The destructor writes the changes that are left.
+  /// Reads `file`, which need not exist. `warn` is called with one line if the file cannot be read.
+  /// `trouble` is called on the writing thread with the reason why the file cannot be written, and
+  /// with an empty text when it can be written again. The destructor writes the changes that are
+  /// left.
   DeviceMemory(std::filesystem::path file, const config::Config& config, Tell warn, Tell trouble);
 
-  /// Devices are numbered through all lines, in the order of the configuration.
+  /// Returns the memory of a device; empty: the device has no memory. Devices are numbered through
+  /// all lines, in the order of the configuration.
   std::string Of(std::uint32_t device) const;
-  /// `config` contains the devices by their numbers; a removed device has an empty name.
+  /// Applies a reload. `config` contains the devices by their numbers; a removed device has an
+  /// empty name.
   void OnReload(const config::Config& config);
   /// Can be called on any thread; returns at once. A memory longer than kLongestMemory is ignored.
   void Set(std::uint32_t device, std::string memory);

@@ -1,4 +1,6 @@
-// The state of the disk that contains a file of the state folder.
+// The state of the disk that contains a file of the state folder. `DiskCondition` stores what is
+// wrong and since when, `FileWatch` decides when a file is checked, and `DiskCalls` makes calls
+// that a disk can delay without end.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +29,8 @@ enum class Disk : std::uint8_t {
 };
 std::string_view Name(Disk disk);
 
-// `DiskCondition`: what is wrong with a log's disk, and since when. No lock, no clock.
+// `DiskCondition` stores what is wrong with the disk of a log (audit, events or history), and since
+// when. No lock, no clock: the logs provide these.
 //
 //   Set(fine)                       nothing new
 //   Set(stalled, "does not answer") begun
@@ -79,8 +82,9 @@ class DiskCondition {
   std::vector<std::string> put_aside_;
 };
 
-// `FileWatch` decides when a log's file must be checked although nothing is written to it, and when
-// its disk does not answer in time. The log calls Tick once a second. No thread, no lock.
+// `FileWatch` decides when the file of a log must be checked although nothing is written to it, and
+// when its disk does not answer in time. No thread, no lock, no clock: the log calls Tick once a
+// second.
 class FileWatch {
  public:
   /// The disk does not answer in time if records wait, or a write is under way, at more than this
@@ -107,7 +111,8 @@ class FileWatch {
     look_ = false;
     return look;
   }
-  /// A reader has found damage: the next look reads the whole file.
+  /// To be called when a reader has found that the file is damaged: the next look reads the whole
+  /// file.
   void Doubt() { doubt_ = true; }
 
   /// The writing thread calls Begin before a write and End after it; it can hang between them.
@@ -125,7 +130,8 @@ class FileWatch {
   bool writing_ = false;
 };
 
-// `DiskCalls` makes calls that a disk can delay without end, in order on one separate thread:
+// `DiskCalls` makes calls that a disk can delay without end. The calls run in order on one separate
+// thread, so that the caller waits for a limited time:
 //
 //   DiskCalls calls_{"configurations", 5s};
 //   const auto written = calls_.Wait([=] { return kept.Write(texts); });  // empty: not in time
@@ -145,7 +151,8 @@ class DiskCalls {
     if (!begun || result.wait_for(patience_) != std::future_status::ready) return std::nullopt;
     return result.get();
   }
-  /// Does not wait. False: dropped, because another call waits or runs.
+  /// Runs `call` without waiting for it. False: the call was dropped, because another call waits or
+  /// runs.
   bool Offer(std::function<void()> call);
 
   /// Returns when all calls have ended; later calls are dropped. Stop can be called again.

@@ -148,8 +148,9 @@ void EventsConnection::Close() {
   --writer_->open;
 }
 
-/// Not called after every disk error: the next commit of an open connection overwrites a failed
-/// commit in the log. A new connection might take it for successful, and write its records twice.
+/// Not called after every disk error: an open connection stays open, because its next commit
+/// overwrites what a failed commit has left in the log. A new connection might take the failed
+/// commit for a successful one, and its records would be written twice.
 EventsConnection::Opened EventsConnection::Open() {
   if (writer_->ready) {
     if (Status status = writer_->ready(); !status) return {.error = status.error()};
@@ -158,7 +159,8 @@ EventsConnection::Opened EventsConnection::Open() {
     return {.error = path_.string() + ": " + writer_->closing->why};
   }
   writer_->closing.reset();
-  // Another connection may have put the file aside meanwhile; the new file is not damaged.
+  // If another connection has put the file aside meanwhile, the file that exists now is a new one
+  // and is not damaged.
   std::string damage = std::exchange(damage_, {});
   const bool was_damaged = !damage.empty();
   if (times_put_aside_ != writer_->times_put_aside) damage.clear();

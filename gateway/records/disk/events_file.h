@@ -1,5 +1,7 @@
-// `OpenEvents` opens events.db, the permanent records of audit and events. Every commit is on the
-// disk before it returns (WAL, synchronous=FULL). Tables: docs/audit.md and docs/events.md.
+// `OpenEvents` opens events.db in the state folder, which contains the permanent records of audit
+// and events. Every commit is on the disk before it returns (WAL, synchronous=FULL). docs/audit.md
+// and docs/events.md describe the tables. `EventsWriter` is the only thread that writes events.db,
+// and `EventsConnection` is a writing connection that handles removal and damage of the file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,10 +18,13 @@
 
 namespace baudgate::records {
 
-// `EventsWriter` is the only thread that writes events.db: audit and events take turns on it, so
-// SQLite never reports a busy file, and the audit waits for one commit of the events at most.
+// `EventsWriter` is the only thread that writes events.db. The audit and the events have one
+// connection each, and their workers take turns on this thread. So SQLite never reports that the
+// file is busy, and the audit waits for one commit of the events at most, however many events are
+// queued.
 struct EventsWriter {
-  /// Called before opening: an error if the folder does not exist or is not locked. Can be empty.
+  /// Called before the file is opened. Returns an error if the folder does not exist or is not
+  /// locked by this process. Can be empty.
   std::function<Status()> ready;
   // For the writing thread only:
   std::uint64_t times_put_aside = 0;
@@ -44,12 +49,14 @@ using OpenedEvents = OpenedDatabase;
 OpenedEvents OpenEvents(const std::filesystem::path& file, const std::string& vfs = {},
                         const std::string& damage = {});
 
-// `EventsConnection` is one writing connection to events.db, opened again after the file was
-// damaged or removed. For one thread. The owner's statements must be destroyed before the
-// connection is closed.
+// `EventsConnection` is one writing connection to events.db: it is opened when needed, and opened
+// again after the file was damaged and put aside, or was removed. Used by one thread. The owner
+// defines its tables and statements; the statements must be destroyed before the connection is
+// closed.
 class EventsConnection {
  public:
-  /// An empty `vfs`: SQLite's default. A null `writer`: this is the only connection.
+  /// `vfs`: the name of an SQLite VFS; empty: the default VFS. `writer` is shared by all
+  /// connections to this file; null: this is the only connection.
   explicit EventsConnection(std::filesystem::path path, std::string vfs = {},
                             std::shared_ptr<EventsWriter> writer = {});
   ~EventsConnection() { Close(); }
@@ -61,14 +68,16 @@ class EventsConnection {
     std::string error{};
     std::string put_aside{};
     std::optional<std::string> lost{};
-    bool new_file = false;  ///< rows that were written before are not in the file
+    bool new_file = false;  ///< true: rows that were written before are not in the file
   };
   /// Opens the file. The connection must not be open already.
   Opened Open();
-  /// Returns the last statement's error. Closes a damaged file, which the next Open puts aside.
+  /// Returns the error of the last statement. If the file is damaged, closes it; the next Open puts
+  /// the file aside.
   Error Failed();
-  /// To be called periodically, and before each commit. Closes the connection if the file is not
-  /// the open one. `whole`: reads the whole file, because a reader has found damage.
+  /// Checks that the disk still contains the open file. If not, closes the connection and returns
+  /// an error. To be called periodically, and before each commit. `whole`: reads the whole file,
+  /// because a reader has found damage.
   Status Check(bool whole = false);
   void Close();
 
@@ -87,7 +96,7 @@ class EventsConnection {
   /// Why the file must be put aside at the next Open; empty: the file was whole.
   std::string damage_;
   OpenFile open_;
-  bool gone_ = false;  ///< the file that was open last, or records in it, were lost
+  bool gone_ = false;  ///< true: the file that was open last, or records in it, were lost
 };
 
 }  // namespace baudgate::records

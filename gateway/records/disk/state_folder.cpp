@@ -32,11 +32,13 @@ struct Known {
   std::int64_t application;
   std::int64_t version;
 };
-/// events.db, values-YYYYMMDD.db and trends.db
+/// The ids and versions of events.db, and of values-YYYYMMDD.db and trends.db
+/// (gateway/records/history).
 constexpr std::array<Known, 3> kKnown = {
     {{kEventsApplication, kEventsVersion}, {0x42477661, 1}, {0x42477472, 1}}};
 
-/// Places in the head: https://www.sqlite.org/fileformat.html, 1.3.
+/// The first bytes of an SQLite file, and places in its head:
+/// https://www.sqlite.org/fileformat.html, 1.3.
 constexpr std::string_view kMagic = "SQLite format 3";
 constexpr std::size_t kVersionAt = 60;
 constexpr std::size_t kApplicationAt = 68;
@@ -50,8 +52,9 @@ std::int64_t Big32(std::string_view bytes, std::size_t at) {
   return number;
 }
 
-/// Only the head is read, because years of history have a thousand files. If a killed gateway left
-/// a log, SQLite reads the values.
+/// Returns application_id and version of a database; empty: the file is not a database. Only the
+/// head is read, because years of history have a thousand files. If a log exists, which a killed
+/// gateway leaves, SQLite reads the values.
 std::optional<Known> VersionOf(const fs::path& file) {
   Database database(file.string(), Database::Mode::read);
   const auto head =

@@ -1,5 +1,6 @@
-// `StateFolder` is the folder of the data that outlive the program: one for each gateway.name,
-// locked while a gateway runs (docs/state.md).
+// `StateFolder` is the folder of the data that outlive the program. There is one for each
+// gateway.name, locked while a gateway runs (docs/state.md). `NewerStateIn` finds files that a
+// newer baudgate has written.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,19 +17,22 @@
 
 namespace baudgate::records {
 
-// A file of a newer version must not be used: it would be misread, or taken for damaged.
+// These functions detect files of the state folder that a newer baudgate has written. This version
+// must not use such files: it would misread them, or take unknown contents for damage.
 
 /// The version of devices.json and clocks.json. A file without a version number has version 1.
 inline constexpr std::int64_t kDevicesVersion = 1;
 
-/// Latest readable version of the tables with this application_id; 0: no file of baudgate.
+/// Returns the latest version of the tables that this program can read. `application`: the file's
+/// application_id. 0: no file of baudgate has this id.
 std::int64_t KnownVersion(std::int64_t application);
 
-/// Returns a sentence that names the first file of a newer version. Does not write to the folder.
+/// Returns a sentence that names the first file of a newer version; empty: there is no such file.
+/// Does not write to the folder.
 std::string NewerStateIn(const std::filesystem::path& folder);
 
-/// True if clients can write through a point, a permitted route, manual telegrams, or a borrowed
-/// port.
+/// True if clients can write to devices: to a point, through a route that a listener permits, by
+/// manual telegrams, or by borrowing a port.
 bool CanWrite(const config::Config& config);
 
 bool KeepsEvents(const config::Config& config);
@@ -44,19 +48,22 @@ inline bool NeedsState(const config::Config& config, const config::Catalog& cata
 struct StatePlaces {
   std::string configured;       ///< gateway.state
   std::string state_directory;  ///< $STATE_DIRECTORY: a list of folders, separated by ':'
-  bool system = false;          ///< kSystemState can be written or made
+  bool system = false;          ///< true: kSystemState can be written or made
   std::string xdg_state_home;   ///< $XDG_STATE_HOME
   std::string home;             ///< $HOME
 
   static StatePlaces Here(const std::string& configured);
 };
 
-/// Returns the folder in the first given candidate, in the order of StatePlaces.
+/// Returns the gateway's folder in the first candidate that is given, in the order of StatePlaces.
+/// Empty: no candidate is given.
 std::filesystem::path StateFolderOf(const StatePlaces& places, const std::string& gateway);
 
-/// Empty: events.db is in the state folder.
+/// Returns the separate folder of events.db (events.directory). Empty: events.db is in the state
+/// folder.
 std::filesystem::path EventsFolderOf(const config::Config& config);
-/// Empty: the history is in the state folder.
+/// Returns the separate folder of the history (history.directory). Empty: the history is in the
+/// state folder.
 std::filesystem::path HistoryFolderOf(const config::Config& config);
 
 /// The state folder. A folder that cannot be made or written at the start can become available
@@ -64,8 +71,9 @@ std::filesystem::path HistoryFolderOf(const config::Config& config);
 class StateFolder {
  public:
   struct Failure {
-    /// True: another process uses the folder, or a newer baudgate has written it: the gateway must
-    /// not start. False: it cannot be made or written, or its disk does not answer.
+    /// True: another process uses the folder, or a newer baudgate has written its files, so the
+    /// gateway must not start. False: the folder cannot be made or written, or its disk does not
+    /// answer.
     bool in_use = false;
     std::string text;
   };
@@ -75,7 +83,8 @@ class StateFolder {
   StateFolder(const StateFolder&) = delete;
   StateFolder& operator=(const StateFolder&) = delete;
 
-  /// Makes and locks the folder, again if it was removed. Takes as long as the disk takes.
+  /// Makes the folder if it does not exist, and locks it. If the folder was removed since the last
+  /// call, does both again. Takes as long as the disk takes.
   std::optional<Failure> Open();
   /// As Open, but waits `patience` at most; opening then continues in the background.
   static std::optional<Failure> OpenWithin(const std::shared_ptr<StateFolder>& folder,

@@ -1,16 +1,20 @@
-// `EventBook` contains events that are not on the disk yet; while the disk fails, they wait here.
-// It assigns the event numbers and detects a batch that a device sends twice. No thread, no lock.
+// `EventBook` contains events that are not on the disk yet. The writing thread takes them from
+// here; while the disk fails, they wait here. `EventBook` assigns the event numbers and detects a
+// batch that a device sends twice. No thread, no lock, no disk: gateway/records/events/event_log.h
+// provides these.
 //
 //   Add({source 3, "12.345 0E1", again, {r}})
 //   Prepare() → {source 3, {r, seq 1}}   to be inserted; without events if the last stored batch of
 //                                        this source has the same text
 //   Kept()    → {"bay-1", "feeder-2"}    the device may be asked for more events
 //
-// A device is not asked for more events before its batch is stored, so at most one batch of each
-// device waits. The gateway's own events are limited by `Shares` for each kind, and by kMostOwn.
+// The number of events is limited: a device is not asked for more events before its batch is
+// stored, so at most one batch of each device waits. The gateway's own events cannot be delayed in
+// this way. They are limited by `Shares` for each kind, and by kMostOwn for all.
 //
 // Alarms exist in three versions: `alarms_` are on the disk, `after_.alarms` are changes of the
-// transaction being written, `expected_` those changes and the ones of all waiting batches.
+// transaction that is being written, and `expected_` are changes of that transaction and of all
+// batches that wait. Outputs use AlarmBoard (gateway/records/events/alarm.h) instead.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,10 +33,12 @@
 
 namespace baudgate::events {
 
-// `Shares` limits the stored events of one kind (one code of one device, port or point): twenty at
-// once, then one a minute. The others are left out, except the last event, so that the log ends
-// with the present state. The last event is stored when the next minute permits it, or when no
-// event of its kind has come for the settling time: 2 s at first, doubled each time up to a minute.
+// `Shares` limits how many events of one kind are stored, so that an input that changes all the
+// time does not displace other events. A kind is one code of one device, port or point. Twenty
+// events are stored at once, then one a minute. The others are left out, except the last event, so
+// that the log ends with the present state. The last event is stored when the next minute permits
+// it, or when no event of its kind has come for the settling time: 2 s at first, doubled each time
+// up to a minute.
 //
 //   61 x tripped, reset within seconds     20 of them are stored
 //   2 s later                              "40 events like the next left out", and the last event
@@ -44,14 +50,17 @@ class Shares {
 
   /// Returns false if the event is left out. `room`: the book can accept another event.
   bool Take(const EventRecord& record, bool room, Instant now);
-  /// An accepted event is on the disk. At most kAtOnce events of a kind can wait.
+  /// To be called when an accepted event is on the disk. At most kAtOnce events of a kind can wait
+  /// for the disk.
   void OnKept(const EventRecord& record);
   /// Returns what can be stored now for the left-out events: for each kind an event with their
   /// number, then the last left-out event. `all`: for all kinds, at the end of the program.
   std::vector<EventRecord> TakeLeftOut(Now now, bool all = false);
   std::optional<Instant> NextAt() const;
 
-  std::uint64_t left_out() const { return left_out_; }  ///< since the start
+  std::uint64_t left_out() const {
+    return left_out_;
+  }  ///< number of left-out events since the start
 
  private:
   using Key = std::tuple<std::string, std::string, std::uint32_t, std::string>;
@@ -77,7 +86,8 @@ class Shares {
 using Source = std::uint32_t;  ///< index of a device in the point store
 inline constexpr Source kGateway = ~Source{0};
 
-/// Stored data refers to a source by these names, because a reload changes numbers.
+/// The names of line and device. Stored data refers to a source by these names, because a reload
+/// changes numbers.
 using SourceName = std::pair<std::string, std::string>;
 /// EventBatch::said of each source's last stored batch.
 using Said = std::map<SourceName, std::string>;
@@ -104,18 +114,22 @@ class EventBook {
   /// Adds an event of the gateway, or leaves it out; see Shares.
   void Tell(EventRecord record, Instant now);
   void TellAlways(EventRecord record);
-  /// Adds the event before all that wait. Must not be called between Prepare and Kept.
+  /// Adds an event of the gateway before all events that wait. Must not be called between Prepare
+  /// and Kept.
   void TellFirst(EventRecord record);
   void TellLeftOut(Now now, bool all = false);
   std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
-  /// Data that the book already contains takes precedence, because the file can be new.
+  /// Sets the content of the file. Data that the book already contains takes precedence, because
+  /// the file can be new. `last`: the number of the last event in the file.
   void OnOpened(std::int64_t last, const Said& said, const std::vector<Alarm>& alarms = {});
 
-  /// Assigns numbers and alarm states, and returns the waiting batches in the order of Add. Call
-  /// OnOpened first. Until Kept is called, Prepare returns the same batches again.
+  /// Assigns numbers and new alarm states to the events of all batches that wait, and returns these
+  /// batches in the order of Add. Call OnOpened first. Until Kept is called, Prepare returns the
+  /// same batches again.
   std::vector<Batch> Prepare();
-  /// As Prepare, but also while the batches of the last Prepare are being written.
+  /// Does the same as Prepare, but can be called while the batches of the last Prepare are being
+  /// written.
   std::vector<Batch> Ahead();
   /// Copies the `told` flags of the first waiting batches to `batches`.
   void TakeTold(std::vector<Batch>& batches) const;
@@ -128,7 +142,9 @@ class EventBook {
   bool opened() const { return opened_; }
   bool empty() const { return waiting_.empty(); }
   std::string said(const SourceName& source) const;
-  std::size_t waiting() const { return waiting_.size() - own_; }  ///< batches of devices
+  std::size_t waiting() const {
+    return waiting_.size() - own_;
+  }  ///< number of waiting batches of devices
   std::size_t waiting_own() const { return own_; }
   std::uint64_t left_out() const { return shares_.left_out(); }
   std::int64_t newest() const { return last_; }

@@ -187,7 +187,8 @@ void EventFeed::Renumber(const SourceNames& sources) {
   }
 }
 
-/// An event of the gateway about a device counts as an event of that device.
+/// Adds the number of the device to an event. An event of the gateway about a device counts as an
+/// event of that device.
 FedEvent EventFeed::Numbered(EventRecord record) const {
   const auto found = numbers_.find(record.device);
   return {found == numbers_.end() ? kGateway : found->second, std::move(record)};

@@ -1,7 +1,10 @@
 // `EventFeed` contains the newest events on the disk, for outputs that must never wait for the
-// disk. The writing thread adds events after each commit. A consumer that takes all events has a
-// cursor, for which the writing thread reads older events from the file. An output that only shows
-// events misses those, and can count them by their numbers.
+// disk: Modbus shows them (gateway/outputs/modbus/service), DDS takes them in order
+// (gateway/outputs/dds). After each commit, the writing thread of
+// gateway/records/events/event_log.h adds events. A consumer that takes all events has a cursor;
+// the writing thread reads events that are no longer in memory from the file for it. An output that
+// only shows events misses such events, and can count them by their numbers. An event contains the
+// name of its device; the device's number is looked up when the event is taken.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,12 +25,14 @@
 
 namespace baudgate::events {
 
-// `CursorBook` contains the positions of consumers that take all events. They are in the file, so a
-// consumer continues there after a restart. Thread-safe.
+// `CursorBook` contains the position of each consumer that takes all events, by the consumer's
+// name. The file stores the positions, so a consumer continues at its position after a restart.
+// Thread-safe.
 
 struct Cursor {
   std::int64_t seq = 0;  ///< the consumer has received the event of this number and all before
-  /// Confirmed. False: the last events may have been lost when the gateway was killed.
+  /// True if the consumer has confirmed these events. False: the last events may have been lost
+  /// when the gateway was killed.
   bool sure = false;
 
   bool operator==(const Cursor&) const = default;
@@ -41,15 +46,20 @@ class CursorBook {
   explicit CursorBook(std::set<std::string> consumers = {}) : consumers_(std::move(consumers)) {}
 
   std::optional<Cursor> Of(const std::string& consumer) const;
-  /// On the disk after about a second. Returns true if the file was up to date and is not now.
+  /// Sets a position, which is on the disk after about a second. Returns true if the positions in
+  /// the file were up to date before this call and are not now.
   bool Set(const std::string& consumer, Cursor cursor);
 
-  /// For the writing thread, as all below. `due` is called on any thread when the file must be
-  /// written. When OnDue has returned, the previous function is not called any more.
+  // Only the thread that writes the file calls the functions below.
+
+  /// `due` is called on any thread when the file must be written. Null: no thread writes the file.
+  /// When OnDue has returned, the previous function is not called any more.
   void OnDue(std::function<void()> due);
-  /// Positions that are already set take precedence over the file's.
+  /// Sets the positions that the opened file contains. Positions that are already set take
+  /// precedence.
   void OnOpened(const Cursors& kept);
-  /// Returns all positions if the file differs from them; they replace all in the file.
+  /// Returns all positions if the file differs from them, else nothing. They replace all positions
+  /// in the file.
   std::optional<Cursors> Due() const;
   void OnKept(const Cursors& kept);
   Cursors all() const;
@@ -63,15 +73,17 @@ class CursorBook {
   std::function<void()> due_ BAUDGATE_GUARDED_BY(telling_);
 };
 
-// `Backlog` passes older events from the file to consumers: a consumer requests events by the last
-// number that it has received, the writing thread reads and supplies them. No lock, no disk.
+// `Backlog` passes events from the file to consumers that need older events than those in memory. A
+// consumer requests events by the last number that it has received; the writing thread reads them
+// and calls Supply, and the consumer takes them here. No lock, no disk.
 //
 //   Take(40)               → nothing: wanted() is 40
 //   Supply(40, {41 … 600})
 //   Take(40, 100)          → {41 … 140}, and so on with Take(140)
 class Backlog {
  public:
-  /// Above it all pages are dropped, so a page that no consumer takes does not stay.
+  /// The limit of pages in memory. Above it all pages are dropped, so a page that no consumer takes
+  /// does not stay.
   static constexpr std::size_t kMostPages = 8;
 
   /// Returns the events after number `after`. nullopt: they are not in memory, and are now
@@ -85,7 +97,8 @@ class Backlog {
   std::map<std::int64_t, std::vector<EventRecord>> pages_;  // key: number before the first event
 };
 
-// `RecentEvents` contains the newest events in three ranges. No lock: EventFeed provides it.
+// `RecentEvents` contains the newest events, then the devices of events before them, and for each
+// device the number of its newest event that is older still. No lock: EventFeed provides it.
 //
 //   number  1 … 60             61 … 80          81 … 90
 //           newest per device  only the device  whole event
@@ -118,12 +131,16 @@ class RecentEvents {
   void Add(std::vector<EventRecord> events);
 
   bool empty() const { return events_.empty(); }
-  std::int64_t newest() const { return newest_; }  ///< 0: none
+  std::int64_t newest() const {
+    return newest_;
+  }  ///< number of the newest event of all devices; 0: none
   std::int64_t oldest() const { return events_.front().seq; }
 
-  /// Returns the number nearest to the newest one whose low 32 bits are `number`.
+  /// Returns the event number whose low 32 bits are `number` and that is nearest to the newest
+  /// number.
   std::int64_t Whole(std::uint32_t number) const;
-  /// Sorted by number. `device` null: all devices.
+  /// Returns the newest events, at most `most`, sorted by number. `device` null: events of all
+  /// devices.
   std::vector<EventRecord> Newest(const std::string* device, std::size_t most) const;
   std::vector<EventRecord> From(std::int64_t first, const std::string* device,
                                 std::size_t most) const;
@@ -184,7 +201,8 @@ class EventFeed {
  public:
   explicit EventFeed(FeedLimits limits = {}) : recent_(limits) {}
 
-  /// Does nothing if the feed already contains events, because the file was then opened again.
+  /// Sets the contents of the opened file. Does nothing if the feed already contains events,
+  /// because the file was then opened again.
   void Begin(FeedImage image);
   void Add(std::vector<EventRecord> events);
   /// Sets the numbers of the devices. Before the first call no device has a number.
@@ -198,21 +216,25 @@ class EventFeed {
     std::uint64_t lost = 0;
     std::vector<EventRecord> events{};  ///< at most `most`, sorted by number
   };
-  /// Returns events from number `first` on (its low 32 bits); 0: the newest. For `lost` see
-  /// RecentEvents::Lost.
+  /// Returns events of one device or of all, from number `first` on (low 32 bits of the number); 0:
+  /// the newest. Events so old that their device is not known count as lost, unless it is known
+  /// that the device had none from `first` on.
   Page Show(std::optional<Source> source, std::uint32_t first, std::size_t most) const;
 
-  /// Returns none if they must first be read from the file; the listeners are woken after that.
+  /// Returns events of all devices after number `after`. Returns none if they must first be read
+  /// from the file; the listeners are woken when the events are in memory.
   std::vector<FedEvent> Take(std::int64_t after, std::size_t most);
   std::int64_t newest() const;
 
   /// The alarms. They are updated before the listeners are woken.
   const AlarmBoard& alarms() const { return alarms_; }
 
-  /// For the writing thread, as all below. `asked` is called on any thread when events have to be
-  /// read from the file. When ServeWith has returned, the previous function is not called any more.
+  /// Only the writing thread calls the functions below. `asked` is called on any thread when events
+  /// have to be read from the file. Null: the file is not read. When ServeWith has returned, the
+  /// previous function is not called any more.
   void ServeWith(std::function<void()> asked);
-  /// The smallest `after` for which Take waits; to be passed to Supply.
+  /// Returns the smallest `after` for which Take waits for events from the file; they are passed to
+  /// Supply with this number. Empty: Take waits for no events.
   std::optional<std::int64_t> wanted() const;
   void Supply(std::int64_t after, std::vector<EventRecord> events);
 

@@ -11,7 +11,8 @@
 namespace baudgate::events {
 namespace {
 
-/// The file can contain anything, and a wrong alarm is better than a lost one.
+/// Returns the state with this name. An unknown name gives `active`: the file can contain anything,
+/// and a wrong alarm is better than a lost one.
 AlarmState AlarmStateNamed(std::string_view name) {
   for (const AlarmState state : {AlarmState::acknowledged, AlarmState::returned}) {
     if (Name(state) == name) return state;
@@ -80,7 +81,8 @@ constexpr const char* kDropEvents =
     "DELETE FROM events WHERE seq IN (SELECT seq FROM events WHERE seq<=? ORDER BY seq LIMIT 1000)";
 constexpr const char* kCursor = "INSERT INTO event_cursors (name, seq, sure) VALUES (?,?,?)";
 constexpr const char* kGone = "SELECT seq, device FROM events WHERE seq>? AND seq<=? ORDER BY seq";
-/// Needs one index look-up for each device, however many events the file contains.
+/// Finds the newest event of each device. Needs one index look-up for each device, however many
+/// events the file contains.
 constexpr const char* kOlder =
     "WITH RECURSIVE its(device) AS (SELECT min(device) FROM events UNION ALL SELECT (SELECT "
     "min(device) FROM events WHERE device>its.device) FROM its WHERE its.device IS NOT NULL) "
@@ -203,7 +205,8 @@ bool EventTable::WriteAlarms(const std::vector<Alarm>& alarms) {
   return ok;
 }
 
-/// Deletes events beyond the limit: at most 1000 at a time, and never the newest.
+/// Inserts a batch, and deletes events beyond the limit: at most 1000 at a time, and never the
+/// newest.
 bool EventTable::Insert(const Batch& batch) {
   for (const EventRecord& event : batch.events) {
     insert_.BindAll(event.seq, event.received, event.device_time,

@@ -38,7 +38,8 @@ class AlarmTable {
   records::Statement remove_;
 };
 
-// `EventTable` handles the tables `events` and `event_sources` of events.db. Used by one thread;
+// `EventTable` handles the tables `events` and `event_sources` of events.db: it writes batches in
+// one transaction, and deletes the oldest events. Used by one thread;
 // gateway/records/events/event_source.h reads over another connection.
 
 /// The limit of the number of stored events: about 200 MB.
@@ -60,8 +61,9 @@ class EventTable {
     FeedImage image{};
   };
   Contents Read(FeedLimits limits = {});
-  /// Writes all or nothing, also changed alarms and the list of records that are still to be read.
-  /// Null `cursors`: these do not change.
+  /// Writes all or nothing: the events, the alarms that they have changed, the list of records that
+  /// are still to be read, and `records`. `cursors` replace the cursors in the file; null: these do
+  /// not change.
   bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
              const std::vector<KeptRecord>& records = {});
   bool WriteAlarms(const std::vector<Alarm>& alarms);
@@ -111,7 +113,8 @@ class EventFile {
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
 
-  /// The file was opened again and can be new: WriteAlarms must be called.
+  /// True if the file was opened again and can be a new file without alarms. WriteAlarms must then
+  /// be called.
   bool lacks_alarms() const { return lacks_alarms_; }
   Status WriteAlarms(const std::vector<Alarm>& alarms);
 

@@ -277,7 +277,8 @@ Status RoundWriter::Open() {
   return {};
 }
 
-/// One page in each round, so that the audit does not wait for all pages.
+/// Reads one page in each round, so that the audit, which uses the same thread, does not wait for
+/// all pages.
 void RoundWriter::ReadBacklog() {
   const auto after = feed_ != nullptr ? feed_->wanted() : std::nullopt;
   if (!after) return;

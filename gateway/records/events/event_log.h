@@ -1,6 +1,8 @@
-// `EventLog` stores events: lines add batches, and the thread of events.db writes them. Batches
-// that come during a commit share the next one. While the disk fails, batches wait in memory,
-// writing is tried again every second, and devices are not asked for more events.
+// `EventLog` stores events while the gateway runs: lines add batches, and the thread of events.db
+// writes them. If nothing else waits, a batch is written at once; batches that come during a commit
+// share the next commit. While the disk fails, batches wait in memory, and writing is tried again
+// every second; the devices are not asked for more events and store them. Without a file
+// (in_memory), a batch counts as written at once.
 //
 //   EventLog       owns the parts and the thread
 //   EventQueue     input, for any thread               EventRounds  output, for the thread
@@ -35,9 +37,11 @@ class RoundTimer {
  public:
   /// Makes a round (one commit) due at `at`, or earlier if an earlier round is already due.
   void Look(Instant at) { look_at_ = look_at_ ? std::min(*look_at_, at) : at; }
-  /// A commit has failed: the next round is due at `until`, as long as the disk fails.
+  /// To be called when a commit has failed. As long as the disk fails, the next round is due at
+  /// `until`.
   void Rest(Instant until) { rests_until_ = until; }
   void Begin() { look_at_.reset(); }
+  /// Returns when the next round is due. `fails`: the disk fails. `idle`: nothing waits.
   /// `left_out_at`: when events that Shares has left out have to be added.
   Instant At(bool fails, bool idle, std::optional<Instant> left_out_at) const {
     if (fails) return rests_until_;
@@ -50,8 +54,10 @@ class RoundTimer {
   Instant rests_until_{};
 };
 
-// `EventRounds` manages the rounds of the writing thread (a round is one commit). For this thread
-// only, except Watch, Look and Doubt (any thread), and LeftBehind (after its end).
+// `EventRounds` manages the rounds of the writing thread (a round is one commit): when a round is
+// due, which batches it takes, and what follows from its result. Only this thread is allowed to
+// call it, except for Watch, Look and Doubt (any thread), and LeftBehind (after the end of the
+// thread).
 //
 //   Begin → OnOpened, if the file was closed → Take → (to the disk) → Done
 class EventRounds {
@@ -63,7 +69,8 @@ class EventRounds {
   /// tenth call, the next round checks the file. If the disk does not answer in time, returns the
   /// batches that wait; the caller must report the alarms of each batch whose `told` is false.
   std::vector<Batch> Watch();
-  /// Makes the next round due, now or in a second. Thread-safe.
+  /// Makes the next round of the writing thread (one commit) due: at once if `now` is true, else in
+  /// a second. Thread-safe.
   void Look(bool now);
   /// Requests a check of the whole file because a reader has found damage. Thread-safe.
   void Doubt() const;
@@ -89,7 +96,8 @@ class EventRounds {
   /// To be called after a failure. Returns the batches that wait, as Watch does.
   std::vector<Batch> Unsaved();
   bool goes_on() const;
-  /// Log lines about events that are not on the disk. To be called after the thread has ended.
+  /// Returns log lines about events that are not on the disk: one for devices, one for the gateway.
+  /// To be called after the thread has ended.
   std::vector<std::string> LeftBehind() const;
 
  private:
@@ -104,14 +112,16 @@ class EventRounds {
   RoundTimer timer_ BAUDGATE_GUARDED_BY(pending_.mutex);
 };
 
-// `RoundWriter` executes the rounds: it opens the file, writes, and then informs outputs, lines and
-// clients that wait. Used by the writing thread, unless a comment states otherwise.
+// `RoundWriter` executes the rounds of the writing thread: it opens the file and writes what waits.
+// Then it informs outputs (by the feed), lines, receivers of alarms, and clients that wait for
+// acknowledgements. Used by the writing thread, unless a comment states otherwise.
 class RoundWriter {
  public:
   /// All references must outlive this object. `options.writer` must be set.
   RoundWriter(const LogOptions& options, const EventQueue& queue, EventRounds& rounds);
 
-  /// `last`: executes rounds until nothing waits or the disk fails. Returns when the next is due.
+  /// Executes a round if one is due. `last`: executes rounds until nothing waits or the disk fails.
+  /// Returns when the next round is due.
   Instant Run(bool last);
   /// Connects the feed and the cursors, so that outputs can make a round due. Must be called first.
   void Serve();
@@ -119,7 +129,8 @@ class RoundWriter {
   void StopServing();
   /// Reports the alarms that have changed in the batches whose `told` is false. Thread-safe.
   void TellAlarms(const std::vector<Batch>& batches) const;
-  /// Thread-safe.
+  /// Returns the consumers with their positions. Thread-safe. `oldest`: number of the first event
+  /// in the file.
   std::vector<Consumer> Consumers(std::int64_t oldest) const;
 
  private:
@@ -147,7 +158,8 @@ class EventLog final : public EventSource {
 
   EventQueue& queue() { return queue_; }
 
-  /// To be called once a second by any thread but the writing thread, to detect a disk that hangs.
+  /// To be called once a second by any thread but the writing thread. If the disk does not answer
+  /// in time, logs this, and reports the alarms of the batches that wait.
   void Watch() { round_writer_.TellAlarms(rounds_.Watch()); }
 
   EventsState state() const override;

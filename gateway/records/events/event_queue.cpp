@@ -10,7 +10,8 @@
 namespace baudgate::events {
 namespace {
 
-/// Returns the number of selected unacknowledged alarms.
+/// Adds an event to the book for each unacknowledged alarm that `query` selects. Returns the number
+/// of these alarms.
 std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
                      WallTime at) {
   std::size_t count = 0;

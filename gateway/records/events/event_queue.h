@@ -28,22 +28,25 @@
 
 namespace baudgate::events {
 
-// An acknowledgement that waits for the disk. `done` gets the reason if it is not saved.
+// `WaitingAck` is an acknowledgement that waits for the disk. `done` is called when it is saved, or
+// with the reason why it is not saved.
 struct WaitingAck {
   std::size_t alarms = 0;
   WallTime at{};
   std::function<void(const Acknowledged&)> done;
 };
 
-/// The caller must hold no lock. `trouble` empty: the acknowledgements are saved.
+/// Calls `done` of each acknowledgement; the caller must hold no lock. `trouble`: why the
+/// acknowledgements are not on the disk; empty: the acknowledgements are saved.
 void AnswerAcks(const std::vector<WaitingAck>& acks, const std::string& trouble);
 
 // `WatchedAlarms` ends active alarms that the configuration no longer contains, because they would
-// be active for ever, and updates priorities.
+// be active for ever, and updates the priorities of active alarms.
 
 std::optional<config::AlarmPriority> PriorityOf(const config::Config& config, const Alarm& alarm);
 
-/// Returns nothing if the configuration no longer contains the alarm. Empty: all alarms stay.
+/// Returns the priority of an alarm in the configuration; nothing if the configuration no longer
+/// contains the alarm. If the function is empty, all alarms stay as they are.
 using Watched = std::function<std::optional<config::AlarmPriority>(const Alarm&)>;
 
 class WatchedAlarms {
@@ -59,7 +62,8 @@ class WatchedAlarms {
   bool TakeDue() { return std::exchange(due_, false); }
   void SetDue() { due_ = true; }
 
-  /// Adds events that end alarms or change their priorities.
+  /// Adds events that end the alarms which the configuration no longer contains, or that change the
+  /// priorities of alarms.
   void Follow(EventBook& book, WallTime at) const;
 
  private:
@@ -81,7 +85,8 @@ struct LogOptions {
   std::shared_ptr<CursorBook> cursors{};
   bool tells_own = false;  ///< true: the gateway's own events are stored as well
   Watched watches{};
-  /// Called on the writing thread when the sources' last batches are on the disk.
+  /// Called on the writing thread when the last batches of these sources are on the disk, so that
+  /// the sources can be asked for more events.
   std::function<void(const std::vector<Source>& sources)> kept;
   /// Called on the writing thread with events on the disk whose records are still to be read: when
   /// the file first opens, and after a commit, before `kept`. Empty: records are not read.
@@ -89,13 +94,15 @@ struct LogOptions {
   /// Called once for each change of an alarm, also while the disk fails, on the writing thread or
   /// from Watch. `raised`: true if this change has raised the alarm. Can be empty.
   std::function<void(const Alarm& alarm, bool raised)> alarm{};
-  /// Called on any thread: `warn` when the disk begins to fail, `inform` when it works again.
+  /// These receive one line for the log, on any thread: `warn` for example when the disk begins to
+  /// fail, `inform` when the disk works again.
   std::function<void(const std::string&)> warn;
   std::function<void(const std::string&)> inform;
 };
 
-// The events that wait for the disk, and the condition of the disk. EventQueue (input) and
-// EventRounds (output) share it: both hold the mutex whenever they use it.
+// `PendingEvents` contains the events that wait for the disk, the acknowledgements that wait for
+// these events, and the condition of the disk. EventQueue (input) and EventRounds (output,
+// gateway/records/events/event_log.h) share it: both hold the mutex whenever they use it.
 struct PendingEvents {
   PendingEvents(const LogOptions& options, std::function<void()> wake_writer)
       : wake(std::move(wake_writer)),
@@ -106,7 +113,8 @@ struct PendingEvents {
   bool IsIdle() const BAUDGATE_REQUIRES(mutex) {
     return !disk.is_opening() && book.empty() && records.empty() && !run.waits() && !watched.due();
   }
-  /// While the disk is in trouble, returns the alarms as after the next commit.
+  /// Returns the alarms as they are on the disk. While the disk is in trouble, returns them as they
+  /// will be after the next commit.
   std::vector<Alarm> Alarms() const BAUDGATE_REQUIRES(mutex) {
     return book.Alarms(disk.holds_up());
   }
@@ -133,27 +141,33 @@ class EventQueue {
 
   /// Adds a batch of a device; `line` and `device` of the batch must be set.
   void Add(Batch batch);
-  /// Too many events of its kind are left out; see Shares.
+  /// Adds an event of the gateway. If too many events of its kind have come, leaves it out; see
+  /// Shares.
   void Tell(EventRecord record);
   /// Stores a record with all its values in one commit. A record that is already in the file is not
   /// written again. If too many records wait for the disk, the record is lost.
   void Keep(KeptRecord record);
-  /// Comes before all other events; its text contains how the previous run ended. Without a start
-  /// event, the run has no end event.
+  /// Adds the event for the start of the gateway, if own events are stored. It comes before all
+  /// other events, and its text contains how the previous run ended. Without a start event, the run
+  /// has no end event.
   void Started(const std::string& version);
-  /// A second call adds no end event.
+  /// Adds the event for the end of this run, and what was left out. A second call adds no end
+  /// event.
   void TellEnd();
-  /// Waits until nothing waits for the disk, the disk is in trouble, or for `most`.
+  /// Adds the event for the end as TellEnd does, and waits so that outputs can see it. Returns when
+  /// nothing waits for the disk, when the disk is in trouble, or after `most`.
   void End(Duration most);
   std::size_t Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done);
   /// Calls `opened` once when the file is open: at once, or later on the writing thread.
   void WhenOpened(std::function<void()> opened);
   bool opened() const;
-  /// Gives all sources their new numbers; stored data stays with the names. Active alarms for which
-  /// `watches` returns nothing end.
+  /// Applies a reload: gives all sources their new numbers. Stored data refers to the names of a
+  /// source, so it stays with the source, also during a commit. Active alarms for which `watches`
+  /// returns nothing end.
   void Renumber(SourceNames sources, Watched watches);
 
-  /// EventBatch::said of the last batch in the file, which must be open.
+  /// Returns the text (EventBatch::said) of the source's last batch in the file. Valid when the
+  /// file is open.
   std::string said(Source source) const;
   EventsState state() const;
   std::vector<Alarm> Alarms() const;

@@ -39,7 +39,8 @@ ClockQuality ClockQualityOf(std::int64_t number) {
   return known ? static_cast<ClockQuality>(number) : ClockQuality::none;
 }
 
-/// Goes backwards, because a later event limits the times of earlier ones.
+/// Goes from the last event to the first, because the time of a later event limits the times of
+/// earlier events.
 std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTime>>& said,
                               WallTime received, std::optional<Duration> oldest) {
   std::vector<PlacedTime> placed(said.size());
@@ -67,7 +68,8 @@ std::string TextOf(const config::EventText* known, const std::string& said) {
   return text;
 }
 
-/// An event that ends the alarm gets the same name as the event that raises it.
+/// Sets the alarm of a device's event. The alarm is named "channel:code" after the event that
+/// raises it; an event that ends the alarm gets the same name.
 void MarkAlarm(const config::Device& device, EventRecord& record) {
   const auto& table = device.event_texts;
   const auto name = [&](std::uint32_t code) {

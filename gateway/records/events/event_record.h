@@ -18,15 +18,18 @@
 
 namespace baudgate::events {
 
-// `Place` computes the full time of an event, of which a device may report only a part ("12.345"
-// seconds of a minute). It reads no clock. All events of this table are received at 10:00:00.300:
+// `Place` computes the full time of an event and the quality of this time. A device may report only
+// a part of the time ("12.345" seconds of a minute). The gateway adds when it received the event,
+// and the greatest age that the event can have (`oldest`). `Place` reads no clock, so steps of the
+// wall clock do not matter. All events of this table are received at 10:00:00.300:
 //
 //   reported 59.900, oldest 1 s    09:59:59.900  device
 //   reported 59.900, oldest 5 min  09:59:59.900  minute_guessed: 09:58:59.900 would fit as well
 //   reported 30.000, oldest 1 s    09:59:30.000  out_of_step: older than `oldest` allows
 //   no time reported               10:00:00.300  none
 
-/// The numbers are public (file, JSON, Modbus, DDS), so new ones are appended.
+/// The clock of a time, and the quality of that clock. The numbers are public (file, JSON, Modbus,
+/// DDS), so new ones are appended.
 enum class ClockQuality : std::uint16_t {
   none = 0,  ///< the device reported no time: the time is when the gateway received the event
   gateway = 1,
@@ -46,12 +49,15 @@ struct PlacedTime {
   ClockQuality quality = ClockQuality::none;
 };
 
-/// No event gets an earlier time than the one before it, as far as the device's clock allows.
-/// `oldest`: the greatest age that an event can have; empty: not known.
+/// Returns the times of the events of one batch, in their order. No event gets an earlier time than
+/// the event before it, as far as the device's clock allows. `oldest`: the greatest age that an
+/// event can have at `received`; empty: not known.
 std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTime>>& said,
                               WallTime received, std::optional<Duration> oldest);
 
-// A record contains values that are saved and read as a unit (docs/events.md).
+// A record contains values that are saved and read as a unit: what a relay has recorded of a trip,
+// the billing values of a month, the content of a transponder. docs/events.md describes the fields
+// for users.
 //
 //   kind event, seq 7: event 413, "trip", read 12:00:03: trip_phases 4, record1_current_l1 5.2, …
 //   kind billing, seq 31: meter-1, "month", device_time 2026-11-01: energy_t1 812.4 kWh, …
@@ -94,7 +100,8 @@ struct KeptRecord {
   std::vector<RecordValue> values{};
 };
 
-/// Stored, so that the record is read after a restart too.
+/// An event whose record is still to be read. It is stored, so that the record is read after a
+/// restart too.
 struct OwedRecord {
   std::int64_t event = 0;
   std::string line{};
@@ -120,7 +127,8 @@ struct EventRecord {
   /// above 5". Not stored in the file.
   std::string subject{};
   AlarmMark mark{};
-  /// Empty: no record belongs to the event.
+  /// The name of the record that belongs to the event; empty: no record belongs to it. The values
+  /// of the record are in `kept`, or are still to be read.
   std::string record{};
   std::optional<KeptRecord> kept{};  ///< the values of `record`, written in the event's transaction
   std::optional<Alarm> alarm{};      ///< the alarm after this event; empty: unchanged, or no alarm
@@ -132,7 +140,8 @@ inline constexpr std::size_t kLongestText = 128;
 /// Cuts a UTF-8 text to kLongestText bytes or less, at the end of a character.
 void Shorten(std::string& text);
 
-/// With the texts of the device's profile. `oldest`: see Place.
+/// Makes an EventRecord of each event of a batch, with the texts of the device's profile. `oldest`:
+/// see Place.
 std::vector<EventRecord> RecordsOf(const protocols::EventBatch& batch, const std::string& line,
                                    const config::Device& device, WallTime received,
                                    std::optional<Duration> oldest);

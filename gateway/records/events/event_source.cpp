@@ -60,7 +60,8 @@ bool AddKept(records::Database& database, Page& page) {
   return true;
 }
 
-/// The page ends after the event with which the number of values reaches kPageValues.
+/// Adds the records of the events to a page. A page with many values ends after the event with
+/// which the number of values reaches kPageValues.
 bool AddRecords(records::Database& database, Page& page) {
   if (page.records.empty()) return true;
   if (!AddKept(database, page)) return false;

@@ -17,7 +17,8 @@
 
 namespace baudgate::events {
 
-// `ReadPage` uses a separate connection, so no writer waits. The file can contain anything.
+// `ReadPage` reads stored events page by page, for `baudgate events`. It uses a separate
+// connection, so no writer waits for it. The file can contain anything, so every field is checked.
 
 /// The limit of events in one page: about 40 kB on the control socket.
 inline constexpr std::size_t kPage = 200;
@@ -36,7 +37,8 @@ struct Page {
 };
 
 Result<Page> ReadPage(records::Database& database, const PageQuery& query);
-/// A page with many values contains fewer events.
+/// Reads a page of the events with their records; see ReadOnce. A page with many values contains
+/// fewer events.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);
 
@@ -61,7 +63,7 @@ struct EventsState {
   std::size_t alarms_unacknowledged = 0;
   std::string file;
   std::vector<std::string> put_aside{};
-  bool in_memory = false;  ///< there is no file, only the gateway's own alarms in memory
+  bool in_memory = false;  ///< true: there is no file, only the gateway's own alarms in memory
 };
 
 struct AckQuery {

@@ -90,14 +90,16 @@ std::optional<config::AlarmSetting> OwnAlarms::SettingOf(const Key& key) const {
   return events::SettingOf(*config_, key.second, key.first.line, key.first.device);
 }
 
-/// A stale trouble explains nothing: its end may never be reported.
+/// True if the trouble exists and its alarm is enabled, so that other troubles need no alarm. A
+/// stale trouble explains nothing: it may be over, and its end may never be reported.
 bool OwnAlarms::Explains(const Key& key) const {
   const auto state = states_.find(key);
   const auto setting = SettingOf(key);
   return state != states_.end() && !state->second.stale && setting && setting->on();
 }
 
-/// A device depends on its line, a line on its port, a unit on its server.
+/// True if the trouble must raise no alarm, because its device or line is not in use, or another
+/// trouble explains it: a device depends on its line, a line on its port, a unit on its server.
 bool OwnAlarms::IsExplained(const Key& key) const {
   const auto& [place, trouble] = key;
   if (unused_.contains(place)) return true;
@@ -116,8 +118,9 @@ void OwnAlarms::Begin(Trouble trouble, const Subject& place, const std::string& 
   state.stale = state.by_port = false;
 }
 
-/// Adds nothing if the alarm was not raised and its end was already reported. `answers` false: the
-/// trouble is ignored from now on.
+/// Adds the event that ends the alarm. Adds nothing if the alarm was not raised and its end was
+/// reported since the start. `answers` false: the trouble is ignored from now on, whether it is
+/// over or not.
 void OwnAlarms::EndOf(const Key& key, Now now, Records& records, bool answers) {
   const auto state = states_.find(key);
   const bool raised = state != states_.end() && std::exchange(state->second.raised, false);
@@ -145,8 +148,9 @@ OwnAlarms::Records OwnAlarms::End(Trouble trouble, const Subject& place, Now now
   return records;
 }
 
-/// The first answer since the start: the ring is closed, and the device is the configured one
-/// unless a wrong one is reported within kIdentified. No line reports these ends after a start.
+/// The device has answered for the first time since the start. This shows that the ring is closed,
+/// and that the device is the configured one unless a wrong device is reported within kIdentified.
+/// After a start, no line reports the end of these two troubles.
 void OwnAlarms::OnFirstAnswer(const Subject& device, Now now, Records& records) {
   const Key ring{{device.line, ""}, Trouble::ring_open};
   const auto open = states_.find(ring);

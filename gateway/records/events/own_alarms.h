@@ -1,6 +1,7 @@
-// `OwnAlarms` decides when a trouble raises an alarm: when it has lasted for the configured delay
-// and no other alarm explains it. No clock, no lock, no disk: gateway/records/event_path.h provides
-// these.
+// `OwnAlarms` decides when a trouble of a line, device, route or disk raises an alarm: when it has
+// lasted for the configured delay and no other alarm explains it. It accepts facts, and returns
+// events that raise and end alarms. No clock, no lock, no disk: gateway/records/event_path.h
+// provides these.
 //
 //   Begin(no_answer) … Look 29 s later       nothing
 //                    … Look 30 s later       the alarm is raised
@@ -28,8 +29,9 @@
 
 namespace baudgate::events {
 
-// docs/events.md lists the names of the alarms. `line` and `device` are members of
-// OwnAlarms::Subject; `setting` is the part of the configuration that contains the AlarmSetting.
+// A trouble of a line, device, route or disk that can raise an alarm. docs/events.md lists the
+// names of the alarms. In the table, `line` and `device` are the members of OwnAlarms::Subject, and
+// `setting` is the part of the configuration that contains the AlarmSetting.
 //
 //   trouble       line    device          setting
 //   no_answer     bay-1   feeder-1        the device
@@ -59,20 +61,24 @@ std::optional<Trouble> TroubleNamed(std::string_view name);
 /// Returns the device name of a routed unit: "unit-51". `unit`: the number that clients address.
 std::string UnitName(std::uint8_t unit);
 
-/// Example: "10.0.0.9:502"; empty: the unit is not routed to a server.
+/// Returns the server to which a unit is routed: "10.0.0.9:502". Empty: the unit is not routed to a
+/// server.
 std::string ServerOf(const config::Config& config, std::string_view unit);
 
-/// Nothing: the configuration has no such line, device or route.
+/// Returns the alarm setting of the trouble; nothing if the configuration has no such line, device
+/// or route.
 std::optional<config::AlarmSetting> SettingOf(const config::Config& config, Trouble trouble,
                                               std::string_view line, std::string_view device);
 
 class OwnAlarms {
  public:
-  /// A device is the configured one after this time without a report of a wrong device.
+  /// A device is the configured one if it has answered for this time without a report of a wrong
+  /// device.
   static constexpr Duration kIdentified = 30s;
 
   using Records = std::vector<EventRecord>;
-  /// Both empty: the gateway. For routes and servers see Trouble.
+  /// The line and device that the trouble is about; both empty: the gateway. For routes and servers
+  /// see Trouble.
   struct Subject {
     std::string line{};
     std::string device{};
@@ -92,7 +98,8 @@ class OwnAlarms {
   /// wrong_device alarms of correct devices. To be called from time to time.
   Records Look(Now now);
 
-  /// `begun`: lines that are new or restarted, so the state of their troubles is not known.
+  /// Applies a reload. `begun`: lines that are new or restarted, so the state of their troubles is
+  /// not known yet.
   void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
 
  private:

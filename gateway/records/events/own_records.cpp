@@ -212,8 +212,9 @@ std::vector<Fact> LastingFacts::Renew(const config::Config& config,
   return ended;
 }
 
-/// A changed `enabled` applies; else the device stays as a user has set it. Returns the devices
-/// that are in use again.
+/// If the configuration has changed `enabled` of a device, the new setting applies. Otherwise the
+/// device stays as a user has set it at run time. Returns the devices that were out of use and are
+/// in use now.
 std::vector<LastingFacts::DeviceKey> LastingFacts::NoteUse(const config::Config& config) {
   const std::map<DeviceKey, bool> before = std::exchange(enabled_, {});
   std::vector<DeviceKey> in_use;

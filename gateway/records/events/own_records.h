@@ -20,8 +20,9 @@
 
 namespace baudgate::events {
 
-// The numbers are public (docs/events.md): new ones are appended, none is used again. Events of
-// devices end at 999999.
+// The codes of the gateway's own events. The numbers are public (docs/events.md): new numbers are
+// appended, and no number is used again. Events of devices cannot have these codes: the event table
+// of a profile ends at 999999.
 enum class OwnCode : std::uint32_t {
   started = 1'000'001,
   stops = 1'000'002,
@@ -59,10 +60,12 @@ struct LastRun {
 
 EventRecord StartRecord(const std::string& version, const LastRun& before, WallTime at);
 EventRecord EndRecord(WallTime at);
-/// `trouble` can begin with the name of the file.
+/// Returns the event for a disk trouble that is over. `trouble` can begin with the name of the
+/// file.
 EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble, WallTime since,
                               WallTime at);
-/// The event has the line and device of `last`, and no alarm; the first of them was at `since`.
+/// Returns the event for `events` left-out events like `last`, the first of them at `since`. The
+/// event has the line and device of `last`, and no alarm.
 EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTime since,
                           WallTime at);
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at);
@@ -83,8 +86,9 @@ struct Fact {
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);
 
-// `OwnRun` makes one event for the start, which contains how the previous run ended, and one for
-// the end.
+// `OwnRun` makes one event for the start and one for the end of the gateway. The text of the start
+// event contains how the previous run ended. No clock, no lock:
+// gateway/records/events/event_queue.h provides these.
 class OwnRun {
  public:
   void OnStarted(std::string version, WallTime at) {
@@ -115,8 +119,9 @@ class OwnRun {
   LastRun before_{};
 };
 
-// `LastingFacts` contains the facts that have begun and have not ended, by name, because a reload
-// gives new numbers to devices.
+// `LastingFacts` contains the facts about lines and devices that have begun and have not ended, by
+// name. A reload that restarts a line gives new numbers to its devices; by the names, the end of a
+// fact still belongs to its beginning.
 //
 //   port_down of bay-1 … bay-1 is restarted … over   the end is an event, although the new line
 //                                                    has not reported the beginning
@@ -128,10 +133,12 @@ class LastingFacts {
   /// Devices that the configuration disables are out of use from the start.
   explicit LastingFacts(const config::Config& config);
 
-  /// True if an event is to be made: at a new beginning, at the end of a recorded one, and for each
-  /// fact without an end. `first`: the line reports an end without a beginning.
+  /// Records the fact. Returns true if an event is to be made: at a beginning that was not recorded
+  /// yet, at the end of a recorded beginning, and for each fact without an end. `first`: the line
+  /// reports an end without having reported the beginning.
   bool IsNews(const Fact& fact, bool first);
-  /// Returns the facts that end with the reload. `begun`: lines that are new or restarted.
+  /// Applies a reload and returns the facts that end with it. `begun`: lines that are new or
+  /// restarted.
   std::vector<Fact> Renew(const config::Config& config, const std::set<std::string>& begun);
 
  private:

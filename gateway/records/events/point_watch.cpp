@@ -30,7 +30,8 @@ AlarmMark::Step StepOf(EventState state) {
   return state == EventState::on ? AlarmMark::Step::raise : AlarmMark::Step::clear;
 }
 
-/// Rounds to 15 decimal digits: 53 * 0.1 is 5.3, not 5.300000000000001.
+/// Rounds a double to the 15 decimal digits that it represents exactly. Example: 53 * 0.1 is 5.3,
+/// not 5.300000000000001.
 std::optional<Decimal> NumberOf(const Value& value) {
   const auto* number = std::get_if<double>(&value);
   if (number == nullptr || !std::isfinite(*number)) return Decimal::Of(value);
@@ -160,7 +161,8 @@ std::vector<EventRecord> DeviceWatch::Take(std::uint32_t point, const Value& val
   return records;
 }
 
-/// Example: "current_l1 5.3 A: above 5", "current_l1 4.8 A: overcurrent, over", "closed true".
+/// Makes an event. Examples of its text: "current_l1 5.3 A: above 5", "current_l1 4.8 A:
+/// overcurrent, over", "closed true".
 EventRecord DeviceWatch::RecordOf(const config::Point& point, const config::PointEvent& event,
                                   const PointWatch::Transition& found, const Value& value,
                                   Now at) const {

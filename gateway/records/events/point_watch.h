@@ -6,10 +6,11 @@
 //   change:                  1 1 2 bad 2 3   message at 2 and at 3
 //   change, normal 0:        0 16 17 0       on at 16 and at 17, off at 0
 //
-// A bad reading makes no event and does not end a delay. The first good reading makes an event only
-// if the limit is exceeded or the value is not normal; for an alarm always, dropped later if the
-// stored alarm is already in that state (AlarmMark::first). Between limit and hysteresis it makes
-// none.
+// A bad reading makes no event and does not end a delay. The first good reading since the start
+// makes an event only if the limit is exceeded or the value is not the normal one. If the point has
+// an alarm, the event of the first reading is always made, and dropped later if the stored alarm is
+// already in that state (AlarmMark::first). A first reading between limit and hysteresis makes no
+// event.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -55,7 +56,8 @@ class DeviceWatch {
  public:
   DeviceWatch(std::string line, std::shared_ptr<const config::Device> device);
 
-  /// Keeps the state of unchanged points and rules.
+  /// Continues with the state of the points and rules of `before` that are unchanged. `before`
+  /// watched the device of this name until its line was restarted.
   void GoOn(const DeviceWatch& before);
   bool Watches(std::uint32_t point) const { return rules_.contains(point); }
   std::vector<EventRecord> Take(std::uint32_t point, const Value& value, Quality quality, Now at);

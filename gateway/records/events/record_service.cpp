@@ -34,7 +34,8 @@ events::KeptRecord NotRead(std::string why, WallTime now) {
   return record;
 }
 
-/// The device has reported that the point does not exist.
+/// True if the device has reported that the point does not exist; such a point is not read any
+/// more.
 bool IsGivenUp(const bus::PointRecord& point) {
   return point.reported == Quality::bad_configuration;
 }
@@ -66,8 +67,9 @@ void RecordService::Start() {
   Do(std::move(steps));
 }
 
-/// Searches by names, because the device can have moved to another line. Returns an entry of a
-/// removed device if no other has the name: TakeOver follows.
+/// Finds the entry by the names of the device and the record, because the device can have moved to
+/// another line. Returns the entry of a removed device if no other device has the name: a reload is
+/// then under way, and TakeOver follows.
 RecordService::Debt* RecordService::Find(const events::OwedRecord& owed) {
   Debt* gone = nullptr;
   for (std::uint32_t device = 0; device < debts_.size(); ++device) {
@@ -120,7 +122,8 @@ void RecordService::Owe(const std::vector<events::OwedRecord>& owed) {
         steps.keep.push_back(Superseded(one, debt->event->event, now.wall));
         continue;
       }
-      // While the device still has events, a later one could make the values useless.
+      // While the device still has events to report, a later event could make the values useless,
+      // and reading them would delay these events.
       const auto its = store_.device(debt->device);
       debt->waits = its && its->events;
       if (!debt->event) debt->again = now.instant + kAgain;
@@ -218,7 +221,8 @@ void RecordService::OnAnswer(Debt& debt, Instant asked, const WriteResult& resul
   Do(std::move(steps));
 }
 
-/// Nothing if a point was not read since `asked`, or if the device is away.
+/// Builds the record from the last values of its points. Returns no record if a point was not read
+/// since `asked`, or if the device is away.
 RecordService::Found RecordService::Look(std::uint32_t device_number, const config::Record& its,
                                          Instant asked, Now now) const {
   Found found;

@@ -1,6 +1,8 @@
-// `RecordService` reads the record that belongs to an event once, such as the values that a relay
-// has recorded of a trip, and stores its points as one record. "drained" is a call of OnDrained:
-// the device has no more events.
+// `RecordService` reads the record that belongs to an event once, after the event. Example: the
+// values that a relay has recorded of a trip. The points of the record are read like the reads that
+// a user requests (WriteCommand::reads), and are stored as one record
+// (gateway/records/events/event_record.h). In this table, the left column shows what happens;
+// "drained" is a call of OnDrained: the device has no more events.
 //
 //   event 412 is on the disk, needs "trip"  waits until the relay is drained, at most 5 s
 //   drained                                 the points of the record are requested
@@ -11,7 +13,8 @@
 //   restart in between                      all begins again: the file lists events without record
 //   its line is reloaded                    all begins again: the device has another number
 //
-// While the device does not answer, nothing is requested from it.
+// While the device does not answer, nothing is requested from it. Its records are read when it
+// answers again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -36,8 +39,8 @@ class RecordService {
   static constexpr int kTries = 5;
   static constexpr Duration kAgain = 5s;
   static constexpr Duration kWaitForPoints = 30s;
-  /// A device that is not drained for this time after its values were read: the values are
-  /// "uncertain".
+  /// If the device is not drained for this time after its values were read, the values are stored
+  /// with quality "uncertain", because they may belong to a later event.
   static constexpr Duration kUnproven = 1min;
 
   struct Ends {
@@ -46,14 +49,16 @@ class RecordService {
     std::function<bool(bus::WriteCommand command)> ask;
     std::function<void(events::KeptRecord record)> keep;
   };
-  /// `store` must outlive this object, and all reads must be answered before it is destroyed.
+  /// `store` must outlive this object. All requested reads must be answered before this object is
+  /// destroyed.
   RecordService(const bus::PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
 
   void Add(const std::shared_ptr<const config::Line>& line);
 
   void Start();
 
-  /// After a reload: assigns records of removed devices to new devices of the same names.
+  /// To be called after a reload: records of removed devices that are still to be read are assigned
+  /// to new devices of the same names.
   void TakeOver();
 
   void Owe(const std::vector<events::OwedRecord>& owed);
@@ -86,7 +91,7 @@ class RecordService {
   Debt* Find(const events::OwedRecord& owed) BAUDGATE_REQUIRES(mutex_);
   void OnAnswer(Debt& debt, Instant asked, const WriteResult& result);
   struct Found {
-    bool away = false;  ///< the device is offline, or another device is in its place
+    bool away = false;  ///< true: the device is offline, or another device is in its place
     std::optional<events::KeptRecord> record{};
     Instant read_at{};
   };

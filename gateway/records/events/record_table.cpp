@@ -63,7 +63,8 @@ bool RecordTable::Insert(const KeptRecord& record) {
          InsertValues(record, seq);
 }
 
-/// The limit does not apply to records of events.
+/// Inserts the values of a record, and deletes the oldest records beyond the limit of the kind. The
+/// limit does not apply to records of events.
 bool RecordTable::InsertValues(const KeptRecord& record, std::int64_t seq) {
   std::int64_t ordinal = 0;
   for (const RecordValue& value : record.values) {

@@ -1,5 +1,6 @@
 // `RecordTable` writes the tables `records`, `record_values` and `owed_records` (events whose
-// records are still to be read) of events.db, within the caller's transaction. Used by one thread.
+// records are still to be read) of events.db. Each call is part of the caller's transaction. Used
+// by one thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,14 +22,16 @@ namespace baudgate::events {
 
 class RecordTable {
  public:
-  /// The limit for one kind. Records of events are deleted with their events instead.
+  /// The limit of the stored records of one kind. It does not apply to records of events, which are
+  /// deleted with their events.
   static constexpr std::int64_t kMost = 1'000'000;
 
   /// `database` must come from OpenEvents, and outlive this object.
   explicit RecordTable(records::Database& database, std::int64_t most = kMost);
 
-  /// Removes the event from `owed_records`. A record with the same kind, line, device, name,
-  /// device_time and event is not written again.
+  /// Writes a record with the next number of its kind, and removes its event from `owed_records`.
+  /// If the file already contains a record with the same kind, line, device, name, device_time and
+  /// event, the record is not written again.
   bool Insert(const KeptRecord& record);
   bool Owe(const OwedRecord& owed);
   /// Deletes the records of events up to this event number.
@@ -70,7 +73,8 @@ struct RecordPage {
   bool more = false;
 };
 
-/// A page also ends after the record with which the number of values reaches kPageValues.
+/// A page ends after kRecordPage records, or after the record with which the number of values
+/// reaches kPageValues.
 inline constexpr std::size_t kRecordPage = 100;
 inline constexpr std::size_t kPageValues = 1000;
 
@@ -81,18 +85,21 @@ Result<std::vector<KeptRecord>> ReadRecordsOf(records::Database& database, std::
                                               std::int64_t last);
 
 // `PastTable` writes the tables `past` and `past_points` of events.db: values that devices have
-// stored themselves, such as load profiles, each with the device's time. Within the caller's
-// transaction, on one thread; `ReadPast` reads over another connection.
+// measured and stored themselves, such as the load profiles of meters. Each value is a numbered row
+// with the device's time, which can be days ago. Each call is part of the caller's transaction.
+// Used by one thread; `ReadPast` reads over another connection.
 
 class PastTable {
  public:
-  /// About 270 MB, or 70 years of half-hour values of one meter.
+  /// The limit of the number of stored values: about 270 MB, or 70 years of half-hour values of one
+  /// meter.
   static constexpr std::int64_t kMost = 5'000'000;
 
   /// `database` must come from OpenEvents, and outlive this object.
   explicit PastTable(records::Database& database, std::int64_t most = kMost);
 
-  /// A record without values is written as a gap in all points of its series.
+  /// Writes the values of a device. A record without values is written as a gap in all points of
+  /// its series.
   bool Insert(const std::string& line, const std::string& device,
               const std::vector<protocols::PastRecord>& records);
 
@@ -112,9 +119,12 @@ class PastTable {
   records::Statement drop_;
 };
 
-// `ReadPast` uses a separate connection, so no writer waits. The file can contain anything.
+// `ReadPast` reads values that devices have measured and stored themselves, page by page, for
+// `baudgate history`. It uses a separate connection, so no writer waits for it. The file can
+// contain anything.
 
-/// A device can report a time twice, so the row number is needed as well.
+/// The position at which a page ended. A device can report a time twice, so the row number is
+/// needed as well.
 struct PastCursor {
   std::int64_t seq = 0;
   std::int64_t time = std::numeric_limits<std::int64_t>::min();  ///< microseconds since 1970
@@ -141,7 +151,7 @@ struct PastPage {
   std::vector<PastRow> rows{};  ///< sorted by time
   PastCursor next{};
   bool more = false;
-  bool known = false;  ///< the file contains a series of that name
+  bool known = false;  ///< true: the file contains a series of that name
 };
 
 Result<PastPage> ReadPast(records::Database& database, const PastQuery& query);

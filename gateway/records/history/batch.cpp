@@ -6,8 +6,9 @@
 namespace baudgate::history {
 namespace {
 
-/// So that sums do not overflow: an hour in ms, times twice the largest double, times this, fits
-/// into a double. A power of two loses no digits.
+/// The sums are scaled by this factor, so that they do not overflow: the milliseconds of an hour,
+/// times twice the largest double, times this factor, fit into a double. A power of two loses no
+/// digits.
 constexpr double kSmall = 0x1p-24;
 
 double Within(double mean, const Trend& trend) {

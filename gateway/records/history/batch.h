@@ -1,8 +1,10 @@
-// `Batch` is what the recorder passes to the files: entries, trends, and their runs.
+// `Batch` is what the recorder passes to the files: value changes (entries), means over time spans
+// that have ended (trends), and the runs that they belong to.
 //
-// In a run the history contains every change. A new run begins when the gateway starts, after
-// values were dropped, the clock was set, or the process stood still; between runs is a gap. Within
-// a run the times of a point increase. The numbers of runs always increase.
+// A run is a period in which the history contains every change. A new run begins when the gateway
+// starts, after values were dropped, when the clock of the machine was set, and after a standstill
+// of the process. The time between two runs is a gap. Within a run the times of a point increase.
+// The numbers of runs always increase, whatever the clock shows.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,7 +24,8 @@
 
 namespace baudgate::history {
 
-// From `time` on, the point had this value and quality.
+// `Entry` is one record in the history of a point: from `time` on, the point had this value and
+// quality.
 
 /// Milliseconds since 1970, UTC: the unit of all times in the history.
 using Millis = std::int64_t;
@@ -51,8 +54,10 @@ struct Entry {
   bool operator==(const Entry&) const = default;
 };
 
-// `Trend`: mean and bounds of a point over a time span of fixed width, from every reading. A value
-// is valid until the next reading; the mean is over the time with good values.
+// `Trend` contains mean and bounds of one point over a time span of fixed width (a minute, an
+// hour), aligned to 1970. It is computed from every reading, also from readings that are not
+// stored. A value is valid from its reading until the next reading; the mean is over the time in
+// which the value was good.
 //
 //   width 60 s, readings at 0 s: 10, at 30 s: 20, at 90 s: bad
 //     span from 0 s:  mean 15, min 10, max 20, first 10, last 20, count 2, good 60 s
@@ -73,7 +78,8 @@ struct Trend {
 /// Merges two parts of the same span. `later` directly follows `trend`, which receives the result.
 void Merge(Trend& trend, const Trend& later);
 
-/// Times must not decrease between two calls of Forget.
+/// Computes the trends of one point for one width. Times must not decrease between two calls of
+/// Forget.
 class Rollup {
  public:
   explicit Rollup(Millis width) : width_(width) {}
@@ -141,15 +147,17 @@ struct PointName {
   config::Type type = config::Type::float32;
 };
 
-// A queue of batches that wait for the disk, up to a limit. No lock.
+// `BatchQueue` is a queue of limited size for batches that wait while the disk is slow, full or
+// failing. No lock: gateway/records/history/history_log.h provides it.
 class BatchQueue {
  public:
   /// `most`: the limit of samples, and also the limit of trends.
   explicit BatchQueue(std::size_t most) : most_(most) {}
 
   std::size_t Room() const { return most_ - std::min(most_, waiting_.samples.size()); }
-  /// `batch` must have at most Room() samples. Returns the number of dropped trends, whose limit is
-  /// separate because they are few and more valuable.
+  /// Adds a batch with at most Room() samples. If there are too many trends, drops those of the
+  /// batch and returns their number. Trends have a separate limit, because they are few and more
+  /// valuable than samples.
   std::size_t Add(Batch&& batch) {
     std::size_t dropped = 0;
     if (waiting_.trends.size() + batch.trends.size() > most_) {
@@ -180,7 +188,8 @@ class PendingValues {
   bool has_begun() const { return runs_before_.has_value(); }
 
   void Add(Batch&& batch);
-  /// A file is lost: the waiting values begin a new run, because the lost time range is unknown.
+  /// To be called when a file with stored values is lost. The values that wait begin a new run,
+  /// because the time range of the lost values is unknown.
   void CutRun();
   bool TakeLost() { return std::exchange(lost_, false); }
 

@@ -51,7 +51,8 @@ namespace {
 
 constexpr std::array<double, 7> kPowers = {1, 10, 100, 1e3, 1e4, 1e5, 1e6};
 constexpr std::array<double, 7> kScales = {1, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6};
-/// Above this limit, a double cannot represent every tenth.
+/// Above this limit, a double cannot represent every tenth, so the forms `divided` and `scaled` are
+/// not used.
 constexpr double kMostWhole = 1e15;
 
 bool IsSame(double a, double b) {
@@ -64,7 +65,8 @@ double Number(ValueForm form, std::int64_t whole) {
                                          : number * kScales[form.decimals];
 }
 
-/// Empty: the whole number would not restore `number` exactly.
+/// Returns `number` as a whole number of this form; empty: the whole number would not restore
+/// `number` exactly.
 std::optional<std::int64_t> WholeOf(ValueForm form, double number) {
   const double whole = number * kPowers[form.decimals];
   if (!(std::abs(whole) < kMostWhole)) return std::nullopt;
@@ -101,7 +103,8 @@ ValueCode CodeOf(const Value& value) {
   return kCodes[value.index()];
 }
 
-/// For columns of differences; not for texts.
+/// Returns the number that represents the value in its column, where only differences are written.
+/// Must not be called for texts.
 std::int64_t BitsOf(ValueForm form, const Value& value) {
   switch (form.code) {
     case ValueCode::flag:
@@ -198,7 +201,8 @@ namespace {
 
 constexpr std::uint8_t kVersion = 1;
 constexpr std::size_t kHead = 3;
-/// The limit before compression, in bytes: more than kMostInChunk texts of kLongestText.
+/// The limit of a chunk's size before compression, in bytes: more than kMostInChunk texts of
+/// kLongestText.
 constexpr std::size_t kMostBytes = 8'000'000;
 constexpr Millis kLastTime = 7'300'000'000'000;  // in the year 2201; FormatWallTime can print it
 

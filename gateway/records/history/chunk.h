@@ -1,4 +1,5 @@
-// `EncodeChunk` compresses entries of one point into columns of differences, with zlib:
+// `EncodeChunk` compresses many entries of one point, and `DecodeChunk` restores them. A chunk
+// contains columns of differences, compressed by zlib:
 //
 //   byte 0, 1, 2   version (1), ValueCode, decimals
 //   number         size in bytes before the compression
@@ -24,7 +25,8 @@
 
 namespace baudgate::history {
 
-// Numbers of variable length, for the columns of a chunk.
+// `ColumnWriter` and `ColumnReader` write and read numbers of variable length, for the columns of a
+// chunk.
 
 /// Maps 0, -1, 1, -2 … to 0, 1, 2, 3 …, so that small numbers of either sign are short.
 constexpr std::uint64_t ZigZag(std::int64_t number) {
@@ -70,7 +72,8 @@ class ColumnReader {
   bool ok_ = true;
 };
 
-// The numbers are stored in the files (docs/history.md), so new ones are appended.
+// The encoding of the values of a chunk, by their type. The numbers are stored in the files
+// (docs/history.md), so new ones are appended.
 enum class ValueCode : std::uint8_t {
   none = 0,     ///< the chunk contains no values
   whole = 1,    ///< signed: difference to the previous value
@@ -89,14 +92,16 @@ struct ValueForm {
   std::uint8_t decimals = 0;
 };
 
-/// The shortest form that restores exactly these values, none of which may be empty.
+/// Returns the shortest form that restores exactly these values. `values` must not contain an empty
+/// value.
 ValueForm FormOf(std::span<const Value> values);
 
 inline constexpr std::size_t kMostInChunk = 20'000;
 /// The limit of texts, in bytes. Callers of EncodeChunk cut longer texts.
 inline constexpr std::size_t kLongestText = 250;
 
-/// At most kMostInChunk entries with positive, increasing times. No bytes: memory is short.
+/// Encodes at most kMostInChunk entries; their times must be positive and increase. Returns no
+/// bytes if memory is short.
 Bytes EncodeChunk(std::span<const Entry> entries);
 /// Returns exactly the encoded entries; nullopt if the bytes are not a valid chunk.
 std::optional<std::vector<Entry>> DecodeChunk(View bytes);

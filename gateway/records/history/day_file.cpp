@@ -135,7 +135,8 @@ CREATE TABLE chunks (
 );
 CREATE INDEX chunks_point ON chunks (point, run, first);
 )sql"};
-/// With synchronous=NORMAL, the system could delay commits by up to half a minute.
+/// synchronous=FULL: each commit is on the disk when it returns. With NORMAL, the system could
+/// delay commits by up to half a minute.
 constexpr records::DatabaseKind kValues = {
     kValuesApplication, kValueMigrations,
     "PRAGMA synchronous=FULL; PRAGMA journal_size_limit=1048576; "
@@ -326,8 +327,8 @@ bool DayFile::WriteChunks(const char* table) {
   return ok || Fail();
 }
 
-/// Makes chunks of rows from an earlier run of the gateway, also of points that are no longer
-/// stored.
+/// Makes chunks of the rows that an earlier run of the gateway has left, also of points that are no
+/// longer stored.
 bool DayFile::PackLeftovers(const char* table) {
   std::vector<PointNumber> known;
   OpenRows left;
@@ -348,7 +349,8 @@ bool DayFile::PackLeftovers(const char* table) {
                                           : config::Type::float64;
       const auto quality = static_cast<std::uint16_t>(rows.Number(4));
       if (known.empty() || known.back() != point) known.push_back(static_cast<PointNumber>(point));
-      // The number in the file can be anything, so the index in `known` is used.
+      // The number of a point in the file can be anything, so its index in `known` is used as point
+      // number in `left`.
       left.Add({static_cast<PointNumber>(known.size() - 1),
                 rows.Number(1),
                 {rows.Number(2), AsType(rows.At(3), type), Quality::OfWord(quality)}});

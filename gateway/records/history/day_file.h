@@ -18,7 +18,8 @@
 
 namespace baudgate::history {
 
-// A compact copy of a day file's rows in memory, so that chunks are made without reading the file.
+// `OpenRows` contains a copy of a day file's rows in memory, by point, in few bytes each, so that
+// chunks are made without reading the file.
 struct Chunk {
   PointNumber point = 0;
   std::int64_t run = 0;
@@ -34,7 +35,9 @@ class OpenRows {
   void Add(const Sample& sample);
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  Millis oldest() const { return oldest_; }  ///< valid if there is an entry
+  Millis oldest() const {
+    return oldest_;
+  }  ///< time of the oldest entry; valid if there is an entry
 
   /// Moves about `entries` entries to `out`, as chunks. Returns false if memory is short.
   bool Pack(std::size_t entries, std::vector<Chunk>& out);
@@ -69,8 +72,9 @@ inline constexpr std::int64_t kValuesApplication = 0x42477661;
 std::string DayFileName(Millis day);
 std::optional<Millis> DayOf(const std::string& file_name);
 
-/// The common part of a day's file and trends.db. Used by one thread. After a failed call, error()
-/// contains the reason; if damaged() is true, the owner must close the file.
+/// `PointFile` is the common part of a day's file and trends.db: a database with points, runs and
+/// their rows. Used by one thread. After a failed call, error() contains the reason; if damaged()
+/// is true, the owner must close the file.
 class PointFile {
  public:
   struct Opened {
@@ -83,7 +87,8 @@ class PointFile {
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
   records::OpenFile::Look LookAt() { return open_.LookAt(*database_); }
-  /// For when a reader has found damage.
+  /// Checks the whole file, because a reader has found damage. Returns what is damaged; empty:
+  /// nothing.
   std::optional<std::string> Damage() { return database_->Damage(); }
   const std::filesystem::path& path() const { return path_; }
 
@@ -118,16 +123,20 @@ class DayFile final : public PointFile {
   DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 
-  /// `damage` was found while the file was in use; if not empty, the file is put aside.
+  /// `damage`: damage that was found while the file was in use; if not empty, the file is put
+  /// aside.
   Opened Open(const std::string& damage = {});
 
-  /// All or nothing. The run numbers must be those of the files.
+  /// Writes samples as rows, and the runs; all or nothing. The run numbers must be those of the
+  /// files.
   bool Write(const std::vector<Sample>& samples, const std::vector<Run>& runs);
 
-  /// New rows go to the other table. Must not be called while packing().
+  /// Begins to pack the present rows; new rows go to the other table. Must not be called while
+  /// packing().
   void BeginPacking();
   bool packing() const { return packing_; }
-  /// The last call writes all chunks. After a failure, Pack can be called again.
+  /// Packs about `entries` entries. The last call writes all chunks and ends packing(). After a
+  /// failure, Pack can be called again.
   bool Pack(std::size_t entries);
 
   std::size_t open_rows() const { return active_.size(); }

@@ -59,7 +59,8 @@ FolderFiles ListFiles(const fs::path& folder) {
     std::error_code gone;  // set if the file was removed since the folder was read
     const auto type = at->status(gone).type();
     if (gone || type == fs::file_type::not_found) continue;
-    // A folder or FIFO with this name gets size 0; reading it reports the reason.
+    // A folder or FIFO with the name of a day's file is listed with size 0; reading it reports the
+    // reason.
     const bool regular = type == fs::file_type::regular;
     const std::uintmax_t size = regular ? at->file_size(gone) : 0;
     const auto written = regular ? at->last_write_time(gone) : fs::file_time_type{};
@@ -115,7 +116,8 @@ std::string Largest(const FolderFiles& folder_files) {
 void RemoveFile(const fs::path& folder, const std::string& file) {
   const std::string path = (folder / file).string();
   std::error_code ignored;
-  // The log is removed first: SQLite would apply it to a later file of this name.
+  // The log is removed before its file: SQLite would apply a log without its file to a later file
+  // of this name.
   for (const char* part : {"-wal", "-shm", ""}) fs::remove(path + part, ignored);
 }
 

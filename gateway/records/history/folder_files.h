@@ -1,4 +1,5 @@
-// `FolderFiles` lists the files of a history folder; `FindTooMuch` returns those to delete.
+// `FolderFiles` lists the files of a history folder with their sizes. `FindTooMuch` returns the
+// files to delete.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,7 +35,8 @@ struct FolderFiles {
 /// Returns empty lists if the folder cannot be read.
 FolderFiles ListFiles(const std::filesystem::path& folder);
 
-/// Below `limit`, because sizes are checked once a second and a commit can be large.
+/// Returns the size above which files are deleted. It is below `limit`, because sizes are checked
+/// once a second and a commit can be large.
 constexpr std::uint64_t Ceiling(std::uint64_t limit) {
   constexpr std::uint64_t kCommit = 10'000'000;
   return limit - std::max(limit / 100, std::min(limit / 10, kCommit));
@@ -43,21 +45,24 @@ constexpr std::uint64_t Ceiling(std::uint64_t limit) {
 struct TooMuch {
   std::string file;
   std::optional<Millis> day{};  ///< the day of the file; empty: a file that was put aside
-  bool old = false;  ///< the file is older than `keep`; false: the size limit is exceeded
+  bool old = false;  ///< true: the file is older than `keep`; false: the size limit is exceeded
 };
 
-/// First days that ended longer than `keep` before `sure` (empty: none); then, above the limit,
-/// files put aside, then days; oldest first. Today's file and later files are never deleted.
+/// Returns the files to delete: first days that ended longer than `keep` before `sure`; then, while
+/// the size exceeds the limit, files that were put aside, then days. The oldest files of each kind
+/// come first. Today's file and later files are never deleted. `sure` empty: no file is too old.
 std::vector<TooMuch> FindTooMuch(FolderFiles folder_files, std::uint64_t limit, Millis keep,
                                  Millis today, std::optional<Millis> sure);
 
-/// Example: "values-20261123.db has 40.0 MB, trends.db 3.1 MB"
+/// Returns a text with the two largest files. Example: "values-20261123.db has 40.0 MB, trends.db
+/// 3.1 MB".
 std::string Largest(const FolderFiles& folder_files);
 
 /// Removes a database file with its write-ahead log. Failures are ignored.
 void RemoveFile(const std::filesystem::path& folder, const std::string& file);
 
-// The time by which the age of files is judged: a wrong clock must not cause files to be deleted.
+// `SureTime` returns the time by which the age of files is judged. The clock of a machine can be
+// wrong by years for a few seconds, or from the start on, and must not cause files to be deleted.
 //
 //   start, newest file of 20 Nov, clock shows 2099   → for a day nothing; then 21 Nov + uptime
 //   clock set by more than a minute                  → for a day nothing
@@ -65,12 +70,14 @@ class SureTime {
  public:
   /// The clock is trusted after it has run for this time without being set.
   static constexpr Duration kSettled = kDay * 1ms;
-  /// The clock was set if it and the elapsed time differ by more than this between two looks.
+  /// The clock was set if, between two calls of Look, it and the elapsed time differ by more than
+  /// this.
   static constexpr Duration kStep = 1min;
 
   /// `newest`: the beginning of the newest day that has a file; empty: there is no file.
   void Begin(Now now, std::optional<Millis> newest);
-  /// Empty: the clock cannot be trusted yet. To be called about every second.
+  /// Returns a time that is not later than `now`; empty: the clock cannot be trusted yet. To be
+  /// called about every second.
   std::optional<Millis> Look(Now now);
 
  private:

@@ -67,7 +67,8 @@ TrendFile::Opened TrendFile::Open(const std::string& damage) {
   return opened;
 }
 
-/// A killed gateway has written the minutes of its last hour, but not the hour.
+/// Computes missing hours from their minutes. A gateway that was killed has written the minutes of
+/// its last hour, but not the hour.
 bool TrendFile::MendHours() {
   Run run;
   {
@@ -166,7 +167,8 @@ bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run
 
 namespace {
 
-/// A reading can come this much later than its time.
+/// A reading can come this much later than its time, so a reading can still come for the previous
+/// hour.
 constexpr Millis kLate = 5 * kSecond;
 
 }  // namespace
@@ -248,7 +250,8 @@ Status HistoryFiles::WriteTrends(const std::vector<TrendRow>& trends, const std:
   return {};
 }
 
-/// True: the file must be closed. A damaged file is logged later, when it is put aside.
+/// Logs what the check has found. Returns true if the file must be closed. A damaged file is logged
+/// later, when it is put aside.
 bool HistoryFiles::NoteLook(const records::OpenFile::Look& look,
                             const std::filesystem::path& path) {
   using Found = records::OpenFile::Found;

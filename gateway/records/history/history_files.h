@@ -30,7 +30,8 @@ struct StoreLimits {
   std::size_t pack_each = 40'000;  ///< how many entries one call of Pack packs
 };
 
-// trends.db: the means of each point over minutes and hours (docs/history.md).
+// `TrendFile` is trends.db: the means of each point over minutes and hours. docs/history.md
+// describes the tables.
 
 inline constexpr std::int64_t kTrendsApplication = 0x42477472;
 inline constexpr const char* kTrendsFile = "trends.db";
@@ -45,10 +46,12 @@ class TrendFile final : public PointFile {
   TrendFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 
-  /// `damage` was found while the file was in use; if not empty, the file is put aside.
+  /// `damage`: damage that was found while the file was in use; if not empty, the file is put
+  /// aside.
   Opened Open(const std::string& damage = {});
-  /// Writes all rows or none; the same rows can be written again. Deletes old minutes and hours
-  /// only if they are too old by `sure` (see SureTime) and by the time of the new rows.
+  /// Writes all rows or none. Writing the same rows again changes nothing. `sure`: see SureTime;
+  /// minutes and hours are deleted only if they are too old by `sure` and by the time of the new
+  /// rows.
   bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
              std::optional<Millis> sure);
 
@@ -73,14 +76,17 @@ struct News {
 
 class HistoryFiles {
  public:
-  /// `news` must outlive this object: messages about files put aside or removed.
+  /// `vfs`: as in Database. `news` must outlive this object; it receives messages about files that
+  /// were put aside, or removed by another program.
   HistoryFiles(std::filesystem::path folder, std::vector<PointName> names, std::string vfs,
                std::vector<News>& news);
 
   Status OpenTrends();
-  /// Returns the last run number. Only the file of `today` stays open.
+  /// Opens the files of these days and returns the last run number in them. Only the file of
+  /// `today` stays open.
   Result<std::int64_t> OpenDays(const std::vector<Millis>& days, Millis today);
-  /// Opens the file if necessary. Valid until the day's file is closed.
+  /// Returns the file of the day, and opens it if necessary. The pointer is valid until the day's
+  /// file is closed.
   Result<DayFile*> Day(Millis day);
   /// Returns why the last call of `file` failed. Closes the file if it is damaged.
   Error Failed(DayFile& file);
@@ -94,7 +100,8 @@ class HistoryFiles {
   void Check(const std::set<std::string>& files);
   bool TakeLost() { return std::exchange(lost_, false); }
 
-  /// One step: rows of past hours become chunks, and files of past days are closed.
+  /// Performs one step of packing: rows of past hours become chunks, and files of past days are
+  /// closed.
   Status Pack(Millis now, const StoreLimits& limits);
   void CloseDay(Millis day) { days_.erase(day); }
 

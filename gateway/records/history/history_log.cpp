@@ -33,7 +33,8 @@ Status ValueStore::Open(Now clocks) {
                                                  : std::optional(folder_files_.days.back().day);
   std::vector<Millis> looked = {today};
   if (newest && *newest != today) looked.push_back(*newest);
-  // Runs of the newest day may be missing in trends.db.
+  // Runs in the newest day's file may be missing in trends.db, so the last run number is taken from
+  // both.
   const auto last = files_.OpenDays(looked, today);
   if (!last) return Error{last.error()};
   pending_.Begin(std::max(files_.last_run(), *last));
@@ -64,7 +65,8 @@ Status ValueStore::WriteDays(Millis now, bool last) {
   Batch& batch = pending_.batch();
   const bool due = last || batch.runs.size() > 1 || Apart(now, marked_) >= kMark;
   const bool mark = due && !batch.runs.empty();
-  // The runs alone show that the present run goes on.
+  // If there are no samples, the runs alone are written, so that the file shows that the present
+  // run goes on.
   while (!batch.samples.empty() || (mark && marked_ != now)) {
     const bool marks = batch.samples.empty();
     const Millis day = marks ? today : FloorTo(batch.samples.front().entry.time, kDay);
@@ -99,12 +101,14 @@ Status ValueStore::WriteTrends(Millis now) {
     if (Status status = files_.WriteTrends(batch.trends, batch.runs, sure_); !status) return status;
   }
   batch.trends.clear();
-  // Ended runs are now in all files.
+  // Ended runs are now in all files, so they are dropped here. The present run is written again
+  // with the next batch.
   if (marked_ == now || batch.runs.size() > 1) batch.runs.clear();
   return {};
 }
 
-/// Lists the folder every kLookEvery, or at each call if the size is near the limit.
+/// Deletes files that are too old, or that exceed the size limit. Lists the folder only every
+/// kLookEvery, or at each call if the size is near the limit.
 Status ValueStore::Clear(Millis now) {
   if (!lists_) return {};
   const Millis today = FloorTo(now, kDay);
@@ -240,7 +244,8 @@ bool HistoryLog::AreTaken(Instant now) {
   return true;
 }
 
-/// Until the rest of an earlier batch is written, the queue is not read and fills up.
+/// Writes the rest of an earlier batch, then the queue. Until the rest is written, the queue is not
+/// read and fills up.
 void HistoryLog::WriteOnce(bool last) {
   if (options_.folder.empty()) {
     const MutexLock lock(mutex_);

@@ -1,6 +1,7 @@
-// `HistoryLog` stores the history. One thread reads the changes and decides which values are
-// stored; another writes them once a second. Lines wait for neither. When the queue of limited size
-// is full, entries are dropped and counted, and the history has a gap.
+// `HistoryLog` stores the history while the gateway runs. One thread reads the changes of the point
+// store and decides which values are stored; another thread writes them once a second. Lines wait
+// for neither. While the disk is slow, full or failing, entries wait in a queue of limited size.
+// When the queue is full, entries are dropped and counted, and the history has a gap.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +26,8 @@
 
 namespace baudgate::history {
 
-// Writes values to files, packs rows, deletes files. Used by one thread; reads no clock.
+// `ValueStore` writes values to the files. It decides to which file a value goes, when rows become
+// chunks, and which files are deleted. Used by one thread; it reads no clock.
 class ValueStore {
  public:
   /// `vfs`: as in Database. If it is not empty, files are neither listed nor deleted.
@@ -34,9 +36,11 @@ class ValueStore {
   ValueStore(const ValueStore&) = delete;
   ValueStore& operator=(const ValueStore&) = delete;
 
-  /// To be called before the first batch, and again after a failure.
+  /// Opens the files that are needed now. To be called before the first batch, and again after a
+  /// failure.
   Status Open(Now clocks);
-  /// Writes as many values as possible; the others wait for the next call.
+  /// Adds the batch to the values that wait, and writes as many of them as possible. The others
+  /// wait for the next call. `last`: this is the last call.
   Status Write(Batch&& batch, Now clocks, bool last = false);
   void Check(const std::set<std::string>& files) { files_.Check(files); }
   bool waits() const {
@@ -45,7 +49,8 @@ class ValueStore {
 
   std::size_t waiting() const { return pending_.batch().samples.size(); }
 
-  /// Messages about files that were put aside, removed, or deleted.
+  /// Returns the messages since the last call, about files that were put aside, removed by another
+  /// program, or deleted.
   std::vector<News> TakeNews() { return std::exchange(news_, {}); }
   /// True if a file with values of the present run was lost since the last call. Later values
   /// belong to a new run, in which a point is unknown until it changes.
@@ -80,7 +85,7 @@ class HistoryLog {
   static constexpr Duration kLook = 20ms;
   /// The interval at which files that could not be read are tried again.
   static constexpr Duration kLookAgain = 10s;
-  /// A longer write counts as a stalled disk.
+  /// A write that takes longer than this counts as a stalled disk.
   static constexpr Duration kLongestWrite = 3s;
 
   struct Options {
@@ -88,13 +93,15 @@ class HistoryLog {
     bus::PointStore* store = nullptr;  ///< the lines must not have started yet
     std::filesystem::path folder;      ///< empty: there is no folder; see `why_no_folder`
     std::string why_no_folder{};
-    /// Called before files are opened. Empty: no check.
+    /// Checks that the folder exists and belongs to the gateway; called before files are opened.
+    /// Empty: no check.
     std::function<Status()> ready{};
     /// Returns true while an earlier log still writes to the files. Empty: there is no earlier log.
     std::function<bool()> taken{};
     std::string vfs{};
     std::function<Now()> clocks;
-    /// Called on any thread: `warn` when the disk begins to fail, `inform` when it works again.
+    /// These receive one line for the log, on any thread: `warn` for example when the disk begins
+    /// to fail, `inform` when the disk works again.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;
   };

@@ -67,7 +67,8 @@ class DayReader {
     return step == records::Statement::Step::done;
   }
 
-  /// About `most` entries of one run after `after`, oldest first.
+  /// Adds about `most` entries of one run to `out`, oldest first. The entries are later than
+  /// `after`.
   bool ReadEntries(std::int64_t run, Millis after, Millis until, std::size_t most,
                    std::vector<Entry>& out) {
     if (!knows()) return true;
@@ -75,7 +76,8 @@ class DayReader {
       const Millis last = out.empty() ? after : std::max(after, out.back().time);
       if (entry.time > last && entry.time < until) out.push_back(std::move(entry));
     };
-    // In one transaction, so that an entry that becomes a chunk meanwhile is read only once.
+    // Rows and chunks are read in one transaction, so an entry that becomes a chunk meanwhile is
+    // read only once.
     if (!database_.Execute("BEGIN")) return false;
     records::Statement chunks(
         database_,
@@ -148,7 +150,8 @@ class PageReader {
         if (!is_latest) NoteUnread(*reader, "the file is empty: its content is lost");
         continue;
       }
-      // The other files are still read. A file that is being removed is not reported.
+      // After a damaged file, the other files are still read. A file that is being removed is not
+      // reported.
       if (!reader->ok() || !reader->ReadRuns(runs_)) {
         std::error_code none;
         if (fs::exists(folder_ / DayFileName(day.day), none)) NoteUnread(*reader, reader->error());
@@ -384,7 +387,8 @@ Result<Page> HistoryView::Read(const PageQuery& query) const {
   return page;
 }
 
-/// Logs once for each file. A damaged file is reported to the writing thread.
+/// Logs that a file could not be read, once for each file. A damaged file is reported to the
+/// writing thread.
 void HistoryView::Note(const UnreadFile& file, const PageQuery& query) const {
   {
     const MutexLock lock(mutex_);
@@ -429,7 +433,8 @@ void HistoryView::LookAgain() {
 
 namespace {
 
-/// The start value of a chart is searched this far back: unchanged values are stored again by then.
+/// The value at the beginning of a chart is searched this far back, because an unchanged value is
+/// usually stored again within this time (max_gap).
 constexpr Millis kLookBack = kHour;
 // Above this number of pages, minutes are used instead of values.
 constexpr std::size_t kMostPages = 200;
@@ -451,7 +456,8 @@ std::optional<double> GoodValue(const Entry& entry) {
   return ToDouble(entry.value);
 }
 
-/// Sorts and merges the rows, because runs overlap if the clock was set back.
+/// Sorts rows by time and merges rows of the same step, because runs overlap if the clock was set
+/// back.
 void Tidy(std::vector<Trend>& rows, Millis since) {
   std::erase_if(rows, [since](const Trend& row) { return row.begin < since; });
   std::ranges::stable_sort(rows, {}, &Trend::begin);

@@ -19,7 +19,9 @@
 
 namespace baudgate::history {
 
-// `ReadPage` uses separate connections, so no writer waits. The files can contain anything.
+// `ReadPage` reads the history page by page, for `baudgate history`. It uses separate connections,
+// so no writer waits for it. The files can contain anything, so every field is checked.
+// `UnreadFiles` lists files that could not be read.
 
 /// The limit of records in one page: about 100 kB on the control socket.
 inline constexpr std::size_t kPage = 1000;
@@ -56,7 +58,8 @@ struct UnreadFile {
 };
 
 struct Page {
-  /// Sorted by run, then by time: the order of recording, even if the clock was set back.
+  /// Sorted by run, and within a run by time. This is the order of recording, even if the clock was
+  /// set back.
   std::vector<HistoryRecord> records{};
   Cursor next{};
   bool more = false;
@@ -80,12 +83,14 @@ struct TrendPage {
   bool known = false;
 };
 
-/// The last span can be incomplete: it ends with the last full minute. `damaged`: see ReadOnce.
+/// Reads trends of one point. The last span can be incomplete: it ends with the last full minute.
+/// `damaged`: see ReadOnce.
 Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
                              bool* damaged = nullptr);
 
-// Files that could not be read completely. Each is tried again from time to time, and removed when
-// reading works. No lock: HistoryView provides it.
+// `UnreadFiles` lists files of days that could not be read completely. Each file is read again from
+// time to time, and removed from the list when reading works: the file was repaired or removed, or
+// file descriptors are available again. No lock: HistoryView provides it.
 class UnreadFiles {
  public:
   static constexpr std::size_t kMost = 16;
@@ -105,7 +110,8 @@ class UnreadFiles {
   std::vector<Entry> entries_;
 };
 
-// The history for gateway/outputs/status and gateway/outputs/control. Thread-safe.
+// `HistoryState` and `HistorySource` are the interface to the history for gateway/outputs/status
+// and gateway/outputs/control. Thread-safe.
 struct HistoryState {
   records::Disk disk = records::Disk::opening;
   std::string trouble;
@@ -154,7 +160,8 @@ class HistoryView final : public HistorySource {
   }
   /// Returns the names of files in which readers have found damage since the last call.
   std::set<std::string> TakeDoubts();
-  /// Reads failed files again, however long the disk takes. Call it from time to time.
+  /// Reads the files again that could not be read before, however long the disk takes. To be called
+  /// from time to time.
   void LookAgain();
 
  private:
@@ -167,8 +174,9 @@ class HistoryView final : public HistorySource {
   mutable std::set<std::string> doubts_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// `ReadChart` reduces the history of a point to minimum, mean and maximum of each step that a chart
-// of `pixels` can show: from all values, or for long ranges from minutes and hours.
+// `ReadChart` reduces the history of a point to the values that a chart of `pixels` pixels can
+// show: minimum, mean and maximum of each step. Short time ranges are computed from all stored
+// values, long ranges from minutes and hours.
 
 inline constexpr std::int64_t kMostPixels = 4096;
 

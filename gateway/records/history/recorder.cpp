@@ -31,7 +31,8 @@ bool IsKept(const LogRule& rule, const Entry* last, const Entry& now) {
 
 namespace {
 
-/// Empty if the quality is bad or the value is NaN; a long text is cut.
+/// Returns the value as it is stored: empty if the quality is bad or the value is NaN; a long text
+/// is cut.
 Value Cleaned(Value value, Quality quality) {
   if (IsBad(quality)) return {};
   if (auto* text = std::get_if<std::string>(&value); text != nullptr) {
@@ -167,7 +168,8 @@ void Recorder::Look(Now now, std::size_t room, Batch& out) {
     BeginRun(RunBegin::dropped, ToMillis(now.wall), out);
 }
 
-/// All present values are stored again, so that a reader needs no earlier run.
+/// Begins a run and stores all present values again, so that a reader of the run needs no earlier
+/// run.
 void Recorder::BeginRun(RunBegin why, Millis now, Batch& out) {
   out.SetRun(run_);
   run_ = {run_.number + 1, now, now, why};
@@ -191,7 +193,8 @@ void Recorder::ForgetSpans(Millis time, Batch& out) {
   Roll([&](Rollup& rollup) { rollup.Forget(time, ended_); }, out);
 }
 
-/// Points start again with their present values, because the recorder's last values can be too old.
+/// Handles a standstill of the process, which makes a gap. Points start again with their present
+/// values in the store, because the last values that the recorder has can be too old.
 void Recorder::EndStandstill(Millis old_time, Now now, Batch& out) {
   ForgetSpans(old_time, out);
   if (recording_) run_.until = std::max(run_.until, old_time);

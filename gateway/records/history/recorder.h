@@ -1,5 +1,6 @@
-// `Recorder` decides which changes of the point store are stored, and computes trends. No thread,
-// no clock, no disk: gateway/records/history/history_log.h provides these.
+// `Recorder` takes the changes of the point store, decides which values are stored, and computes
+// means over minutes and hours (trends). No thread, no clock, no disk:
+// gateway/records/history/history_log.h provides these.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +15,8 @@
 
 namespace baudgate::history {
 
-// Decides by the last stored value whether a reading is stored.
+// `LogRule` decides whether a reading of a point is stored, by the last stored value. No clock, no
+// disk.
 //
 //   deadband 0.5, stored 10.0 good    10.4 good: no        10.6 good: yes      10.0 uncertain: yes
 //   max_gap 10min, stored at 12:00    same at 12:09: no    same at 12:10: yes
@@ -26,7 +28,8 @@ struct LogRule {
   static LogRule Of(const config::HistoryPoint& point);
 };
 
-/// `last`: the value stored last; null: none, or changes after it are unknown.
+/// True if the reading `now` must be stored. `last`: the value stored last; null: no value was
+/// stored, or changes after it are unknown.
 bool IsKept(const LogRule& rule, const Entry* last, const Entry& now);
 
 struct RecorderCounters {
@@ -49,8 +52,9 @@ class Recorder {
   /// `store` must outlive this object.
   Recorder(const config::History& history, const bus::PointStore& store, Now now);
 
-  /// `room`: entries that fit into the queue. When it is full, nothing is stored until it has room
-  /// for twice the number of points; then a new run begins.
+  /// Takes changes of the point store. `room`: the number of entries that fit into the queue. When
+  /// the queue is full, nothing is stored until it has room for twice the number of points; then a
+  /// new run begins.
   void Take(const bus::Changes& changes, Now now, std::size_t room, Batch& out);
   /// Closes minutes and hours that have ended. To be called at least once a second.
   void Tick(Now now, std::size_t room, Batch& out);
@@ -107,7 +111,8 @@ class Recorder {
   RecorderCounters counters_;
 };
 
-// Connects a Recorder to the change feed. Used by one thread, except Wake.
+// `ChangeRecorder` connects a Recorder to the change feed of the point store: it waits for changes,
+// and calls Tick once a second. Used by one thread, except Wake.
 class ChangeRecorder {
  public:
   /// `store` must outlive this object.
@@ -120,7 +125,8 @@ class ChangeRecorder {
   void Wait(bool last) { feed_->Drain(last ? Instant() : tick_, changes_); }
   /// Ends a call of Wait early. Thread-safe.
   void Wake() { feed_->Wake(); }
-  /// To be called after Wait. `anew`: the stored values of the present run are lost.
+  /// Returns the entries to store. To be called after Wait. `room`: see Recorder. `anew`: the
+  /// stored values of the present run are lost.
   Batch Take(Now now, std::size_t room, bool anew, bool last);
   const RecorderCounters& counters() const { return recorder_.counters(); }
 

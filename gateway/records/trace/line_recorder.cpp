@@ -256,7 +256,8 @@ bool IsStamp(std::string_view text) {
   });
 }
 
-/// Configured names contain no special character today.
+/// Replaces each character that could be special in a file name. Configured names contain no such
+/// character today.
 std::string Safe(std::string name) {
   for (char& c : name) {
     const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
@@ -324,7 +325,8 @@ void Recordings::WriteAll() {
 void Recordings::Write(const File& file) {
   std::error_code error;
   fs::create_directories(folder_, error);
-  // One name for each line, so a file that a crash has left is overwritten.
+  // Each line has one temporary file name, so a file that a crash has left is overwritten by the
+  // next write.
   const fs::path part = folder_ / ("." + file.line + kEnding.data() + ".part");
   errno = 0;
   std::ofstream out(part, std::ios::binary | std::ios::trunc);

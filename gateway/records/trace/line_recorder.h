@@ -1,5 +1,7 @@
-// `LineRecorder` is the flight recorder of one line and the source of its live traces: the last
-// exchanges as on the wire, without secrets. No I/O; it reads no clock. `Recordings` writes the
+// `LineRecorder` is the flight recorder of one line and the source of its live traces: it contains
+// the last exchanges as they were on the wire, without secrets, and decides when they are saved to
+// a file. gateway/bus/exchange/line.h calls it as a Tap, gateway/lines/line_reporter.cpp reports
+// states, and gateway/outputs/control reads it. No I/O; it reads no clock. `Recordings` writes the
 // files.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -33,22 +35,27 @@ struct Recording {
 class LineRecorder final : public bus::Tap {
  public:
   static constexpr std::size_t kExchanges = 64;
-  /// Limit of one exchange and of what follows it. Further bytes are only counted.
+  /// The limit of stored bytes of one exchange and of what follows it. Further bytes are only
+  /// counted.
   static constexpr std::size_t kMostBytes = 1024;
-  /// Limit of pieces and notes of one exchange. Further bytes are added to the last piece.
+  /// The limit of stored pieces and notes of one exchange. If it is reached, further received bytes
+  /// are added to the last piece.
   static constexpr std::size_t kMostItems = 64;
   /// For this time after a request with secrets, the reasons of failures are left out: a reason can
   /// quote the reply, and later requests of the same task can have no secrets of their own.
   static constexpr Duration kNoReasons = 5s;
-  /// After this pause the line only listens; its messages are then separated by pauses of kSilence.
+  /// If a line's last exchange ended longer ago than this, the line only listens. Its messages are
+  /// then separated by pauses of kSilence.
   static constexpr Duration kOnlyListens = 10s;
   static constexpr Duration kSilence = 500ms;
   /// A line makes at most one recording in this time, however long its trouble lasts.
   static constexpr Duration kBetweenRecordings = 1min;
 
-  /// Called on the line's thread; must not block. Empty: no recordings.
+  /// Called on the line's thread with a new recording; must not block. Empty: no recordings are
+  /// made.
   using Sink = std::function<void(Recording)>;
-  /// `line` must outlive this object. `first_device`: of line.devices[0] in the point store.
+  /// `line` must outlive this object. `first_device`: the number of line.devices[0] in the point
+  /// store.
   LineRecorder(const config::Line& line, std::uint32_t first_device, Sink sink);
 
   // The functions below are for the line's thread.
@@ -65,7 +72,8 @@ class LineRecorder final : public bus::Tap {
 
   // The functions below can be called on any thread.
 
-  /// Example: "feeder-1", or "slave-17" for a slave that only routes address.
+  /// Returns the name of the device for users: "feeder-1", or "slave-17" for a slave that only
+  /// routes address.
   std::string NameOf(std::uint32_t device) const;
   /// Returns a queue that receives every record from now on, until the caller releases it.
   std::shared_ptr<TraceQueue> Subscribe(std::function<void()> wake);
@@ -88,7 +96,7 @@ class LineRecorder final : public bus::Tap {
   struct Exchange {
     std::vector<Item> items;
     Bytes bytes;               // bytes of the wire, and the texts of notes
-    std::vector<bool> masked;  // secret; parallel to `bytes`, up to the last secret byte
+    std::vector<bool> masked;  // true: secret; parallel to `bytes`, up to the last secret byte
     std::size_t on_wire = 0;   // how many of `bytes` were on the wire
     std::size_t left_out = 0;
     void Clear();
@@ -126,20 +134,23 @@ class LineRecorder final : public bus::Tap {
   std::vector<std::weak_ptr<TraceQueue>> readers_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// Writes recordings to files that `baudgate decode` reads, on one thread.
+// `Recordings` writes recordings to files that `baudgate decode` reads. LineRecorder passes
+// recordings on the lines' threads; one thread writes the files.
 class Recordings {
  public:
   static constexpr std::size_t kFilesPerLine = 20;
   /// The number of recordings that can wait for a slow disk. Further recordings are dropped.
   static constexpr std::size_t kMostWaiting = 16;
 
-  /// config.recordings, else `recordings` in the first folder of $STATE_DIRECTORY; empty: none.
+  /// Returns config.recordings if it is given, else the folder `recordings` in the first folder of
+  /// $STATE_DIRECTORY; empty: there is no folder.
   static std::filesystem::path FolderOf(const config::Config& config);
 
   static constexpr Duration kAgain = 10s;
 
-  /// `trouble` is called on the writing thread; an empty text: writing works again. The destructor
-  /// waits until all recordings are written.
+  /// `trouble` is called on the writing thread with the reason why nothing can be written, and with
+  /// an empty text when writing works again. The destructor waits until all waiting recordings are
+  /// written.
   Recordings(std::filesystem::path folder, std::string version,
              std::function<void(const std::string&)> trouble);
 

@@ -1,5 +1,7 @@
 // `TraceRecord` is a piece of a line's traffic as users see it: direction, time in microseconds,
-// bytes with secrets masked. `TraceHead` describes the line at the top of a trace.
+// bytes with secrets masked. ToText makes one line of text of it, which `baudgate decode` reads.
+// gateway/records/trace/line_recorder.h makes the records; they go to gateway/outputs/control and
+// to the files of the flight recorder. `TraceHead` describes the line at the top of a trace.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,7 +31,8 @@ struct TraceRecord {
   WallTime at{};
   std::string device;  ///< name of the device; empty: the record is about the line
   std::string hex;     ///< for sent and received: "3E 31 ** **", secret bytes as **
-  /// The bytes as characters, with dots for bytes that cannot be shown; else the text of the note.
+  /// For sent and received, the bytes as characters, with dots for bytes that cannot be shown; else
+  /// the text of the note.
   std::string text;
   Outcome outcome = Outcome::none;  ///< for `end`
   Duration round_trip{};            ///< for `end`
@@ -43,7 +46,8 @@ struct TraceRecord {
 /// `baudgate decode` reads the lines with > and <; times are UTC.
 std::string ToText(const TraceRecord& record);
 
-/// Between a line's thread and a slow reader. Records beyond kMostRecords are dropped and counted.
+/// Queues records between a line's thread and a slow reader. Records beyond kMostRecords are
+/// dropped, and a note tells how many.
 class TraceQueue {
  public:
   static constexpr std::size_t kMostRecords = 4096;
@@ -59,7 +63,8 @@ class TraceQueue {
   std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
-// Comments at the top of a trace, by which `baudgate decode` interprets the bytes.
+// `TraceHead` and `ReadTracedDevice` write and read comments at the top of a trace or recording.
+// They tell `baudgate decode` what it needs to know about a line to interpret its bytes.
 //
 //   # line bay-1, port /dev/ttyUSB0 9600 7E1, protocol spabus
 //   # device feeder-1, protocol spabus, profile spaj140c, set checksum=off

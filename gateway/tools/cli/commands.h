@@ -1,4 +1,5 @@
-// The subcommands of baudgate: their options and help, and what each one runs.
+// The subcommands of baudgate: their options and help, and the function that each one runs.
+// gateway/main.cpp passes the words in and runs the chosen Action.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,8 +15,9 @@
 
 namespace baudgate::tools {
 
-/// To be called before parsing: a message if a bit rate and its format are two words (9600 8E1),
-/// because the parser would take the format for another argument.
+/// Returns a message if a bit rate and its format are given as two words (9600 8E1), because the
+/// parser would take the format for another argument; empty: they are not. To be called before
+/// parsing.
 std::optional<std::string> UnquotedSerial(std::span<char* const> words);
 
 /// Prints a suggestion for each word that could not be parsed. To be called after a parse error.
@@ -24,14 +26,16 @@ void TellMeant(const CLI::App& app, std::ostream& err);
 /// The function of the chosen subcommand, to be called after parsing. Returns the exit code.
 using Action = std::function<int(const config::Catalog&)>;
 
-/// Parsing sets `action`; `app` and `action` must stay valid until then.
+/// Adds all subcommands. The chosen subcommand sets `action` during parsing; `app` and `action`
+/// must stay valid until parsing has ended.
 void AddCommands(CLI::App& app, Action& action);
 void AddClientCommands(CLI::App& app, Action& action);
 void AddBusCommands(CLI::App& app, Action& action);
 /// Adds the subcommands about devices: twins, profiles, direct reads, a bridge.
 void AddDeviceCommands(CLI::App& app, Action& action);
 
-/// The caller then lists the subcommands, because CLI11 does not.
+/// True if `word` is in the place of a subcommand but names none. The caller then lists the
+/// subcommands, because CLI11 does not.
 bool IsUnknownSubcommand(const CLI::App& app, std::string_view word);
 
 }  // namespace baudgate::tools

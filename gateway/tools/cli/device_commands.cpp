@@ -232,7 +232,8 @@ void AddProfiles(CLI::App& app, Action& action) {
   });
 }
 
-/// Reads through the running gateway or, with --port, at a free port.
+/// Adds the subcommand `read`. It reads through the running gateway or, with --port, directly at a
+/// free port.
 void AddRead(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand(
       "read", "Read the points of a device now, through the running gateway or at a free port");

@@ -16,7 +16,8 @@ namespace {
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
-/// With `bytes`, undecoded records. Flushes each line, for use in pipes.
+/// Prints decoded frames; with the option `bytes`, the undecoded records. Flushes each line, for
+/// use in pipes.
 class TracePrinter {
  public:
   TracePrinter(const TraceOptions& options, const Json& answer, const config::Catalog& catalog,
@@ -66,7 +67,8 @@ int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter&
   return 0;
 }
 
-/// Waits until the end, or until a pause completes the frame.
+/// Returns how long to wait for the next record: until the end, or until a pause completes the
+/// frame whose bytes have come so far.
 std::optional<Instant> NextLook(std::optional<Instant> until, const TracePrinter& printer) {
   if (!printer.waits()) return until;
   const Instant soon = ReadClocks().instant + 2 * diagnosis::kApart;

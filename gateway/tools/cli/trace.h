@@ -14,8 +14,8 @@ namespace baudgate::tools {
 struct TraceOptions {
   std::string line{};
   std::string device{};
-  bool last = false;                  ///< print the frames of the flight recorder, not new frames
-  bool bytes = false;                 ///< print each arrival of bytes separately, not decoded
+  bool last = false;   ///< true: print the frames of the flight recorder, not new frames
+  bool bytes = false;  ///< true: print each arrival of bytes separately, not decoded
   std::optional<Duration> seconds{};  ///< ends after this time; empty: ends at SIGINT or SIGTERM
   std::string socket{};  ///< empty: the only gateway that answers in the default places
 };

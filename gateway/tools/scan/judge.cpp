@@ -45,7 +45,8 @@ std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View r
   return verdict;
 }
 
-/// Empty: bit 7 is not a parity bit, or is never set.
+/// Returns the parity that bit 7 of all bytes represents; empty: bit 7 is not a parity bit, or is
+/// never set.
 std::optional<config::Parity> ParityOfEighths(View bytes) {
   if (std::ranges::none_of(bytes, [](auto byte) { return (byte & kParityBit) != 0; })) return {};
   const auto odd = static_cast<std::size_t>(

@@ -1,4 +1,6 @@
-// `Judge` classifies the bytes that came after a request of a scan. No I/O, no clock.
+// `Judge` classifies the bytes that came after a request of a scan: a device, an echo, another
+// master, a wrong parity, two devices at once. No I/O, no clock; gateway/tools/scan/scanner.h calls
+// it after each exchange.
 //
 //   received after request ">1RF:21\r"         verdict
 //   nothing                                    silence
@@ -28,7 +30,7 @@ struct Gathered {
   Bytes early{};              ///< bytes received before the request was sent
   Bytes heard{};              ///< bytes received after the request
   std::uint32_t damaged = 0;  ///< characters in `heard` with a wrong parity or stop bit
-  bool stopped = false;       ///< the user has ended the scan
+  bool stopped = false;       ///< true: the user has ended the scan
 };
 
 struct Verdict {
@@ -44,9 +46,10 @@ struct Verdict {
   };
   What what = What::silence;
   protocols::Sighting sighting{};
-  bool echoed = false;   ///< the request came back before the reply
-  bool doubled = false;  ///< more than one device has answered
-  /// Set if bit 7 of each byte is a parity bit: the device sends 7 data bits with this parity.
+  bool echoed = false;   ///< true: the request came back before the reply
+  bool doubled = false;  ///< true: more than one device has answered
+  /// Set if bit 7 of each byte of the reply is a parity bit: the device sends 7 data bits with this
+  /// parity.
   std::optional<config::Parity> parity{};
   std::string text{};  ///< for `foreign`: a sentence without a full stop
 };
@@ -55,13 +58,15 @@ Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gather
 
 /// Traffic on the line before the scan sends anything.
 struct Talk {
-  bool known = false;  ///< the traffic was recognised as that of a master
+  bool known = false;  ///< true: the traffic was recognised as that of a master
   std::string text{};  ///< description: a sentence without a full stop
 };
-/// Example: "another master speaks on the line: it has asked slave 2 (spabus, 9600 7E1)"
+/// Describes bytes that were received before anything was sent. Example: "another master speaks on
+/// the line: it has asked slave 2 (spabus, 9600 7E1)".
 Talk WhoTalks(const std::vector<Tongue>& tongues, View heard, const config::SerialSettings& serial);
 
-// `Found` is one device that a scan has found.
+// `Found` is one device that a scan has found. gateway/tools/scan/scanner.h makes it; `baudgate
+// scan` prints it in a table, as JSON and in a configuration.
 
 struct Found {
   std::string protocol{};
@@ -70,16 +75,16 @@ struct Found {
   unsigned address = 0;
   std::string identity{};  ///< name that the device reports; empty: it reports no name
   std::string profile{};   ///< empty: no profile fits
-  bool assumed = false;    ///< `profile` is the usual profile of the protocol, not proven
+  bool assumed = false;    ///< true: `profile` is the usual profile of the protocol, not proven
   std::string point{};     ///< see Sighting::point
   unsigned unit = 0;       ///< Modbus unit, 1…247; 0: no unit is free
-  bool suspect = false;    ///< two devices may have this address
+  bool suspect = false;    ///< true: two devices may have this address
   std::vector<std::string> remarks{};
 };
 
 struct Report {
   std::vector<Found> found{};
-  bool network = false;  ///< the port is a serial server, which has the serial settings
+  bool network = false;  ///< true: the port is a serial server, which has the serial settings
   bool echo = false;
   bool asked = false;
   bool ended = true;  ///< false: the user or the time limit has ended the scan
@@ -89,10 +94,12 @@ struct Report {
 /// For each protocol and each device name (SpokenName), the profile that lists the name.
 using ProfileNames = std::map<std::string, std::map<std::string, std::string>>;
 
-/// The address if no other device has this unit, else the lowest free unit; 0: none is free.
+/// Returns the Modbus unit for a new device: its address if no other device has this unit, else the
+/// lowest free unit; 0: no unit is free.
 unsigned UnitFor(const std::vector<Found>& others, unsigned address);
 
-/// Remarks on devices whose format is not that of most devices of the same protocol and bit rate.
+/// Adds a remark to each device whose character format is not that of most devices of the same
+/// protocol and bit rate.
 void RemarkFormats(std::vector<Found>& found);
 
 /// The parts of a configuration that a scan cannot determine.

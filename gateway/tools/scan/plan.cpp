@@ -9,12 +9,13 @@
 namespace baudgate::scan {
 namespace {
 
-/// The last likely address: devices are usually numbered from 1 on, and few buses have more
-/// devices.
+/// The last address of the likely sweeps: devices are usually numbered from 1 on, and few buses
+/// have more devices.
 constexpr unsigned kLastLikely = 32;
 /// Additional timeout for the way through the network and a serial server.
 constexpr Duration kNetwork = 150ms;
-/// The part of a quick scan's minute for sweeps; the rest is needed for devices that answer.
+/// How much of the minute of a quick scan is planned for sweeps. The rest is needed for devices
+/// that answer.
 constexpr Duration kQuickPlan = 46s;
 constexpr unsigned kHighestAddress = 999;
 
@@ -26,7 +27,8 @@ std::optional<Addresses> Within(const Addresses& wanted, unsigned first, unsigne
   return both;
 }
 
-/// The addresses that the user has given, as far as the rule permits them; else all of the rule.
+/// Returns the addresses that the user has given, as far as the rule permits them; else all
+/// addresses of the rule.
 std::optional<Addresses> AllOf(const protocols::ScanRule& rule, const Wish& wish) {
   if (wish.addresses) return Within(*wish.addresses, rule.first_address, rule.last_address);
   return Addresses{rule.first_address, rule.last_address};
@@ -211,7 +213,8 @@ std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& s
       others.push_back(other);
     }
   }
-  // A pty accepts 7E1 and 8E1 alike, so the protocol's usual formats come first.
+  // A pty accepts 7E1 and 8E1 alike, so the formats that devices of the protocol usually have come
+  // first.
   std::stable_partition(others.begin(), others.end(), is_listed);
   return others;
 }

@@ -1,4 +1,5 @@
-// The plan of a scan: a list of sweeps, the most likely first, from a `Wish` of the user.
+// The plan of a scan is a list of sweeps, the most likely first. These functions make it from a
+// `Wish` of the user; gateway/tools/scan/scanner.h executes the sweeps. No I/O, no clock.
 //
 //   spabus 9600 7E1 1…32, dcon 9600 8N1 1…32, set4tm 9600 8O1 1…32, …, spabus 4800 7E1 1…32, …
 // SPDX-License-Identifier: Apache-2.0
@@ -37,8 +38,8 @@ Result<Addresses> ParseAddresses(std::string_view text);
 struct Wish {
   std::vector<Tongue> tongues{};
   std::optional<Addresses> addresses{};  ///< empty: the usual addresses first, then all addresses
-  bool quick = false;                    ///< the scan takes less than a minute
-  bool network = false;  ///< the port is a serial server, which has the serial settings
+  bool quick = false;                    ///< true: the scan takes less than a minute
+  bool network = false;  ///< true: the port is a serial server, which has the serial settings
 };
 
 /// A range of addresses of one protocol, with one setting of the port.
@@ -72,8 +73,9 @@ inline constexpr Duration kQuickLimit = 57s;
 
 /// True if bit rate and character format are equal.
 bool SameWire(const config::SerialSettings& a, const config::SerialSettings& b);
-/// Formats at the same bit rate that can carry the protocol's characters, the usual ones first.
-/// `protocol` must have a ScanRule.
+/// Returns the other character formats at the same bit rate that can carry the protocol's
+/// characters. Formats that devices of the protocol usually have come first. `protocol` must have a
+/// ScanRule.
 std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& serial,
                                                  const protocols::Protocol& protocol);
 

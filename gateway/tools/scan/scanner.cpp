@@ -8,7 +8,8 @@ namespace {
 
 /// How often a found device is asked again. Two devices with one address do not always collide.
 constexpr int kRepeats = 3;
-/// Tries while another master is active, because replies are then lost now and then.
+/// How often a question is tried if another master is active, because replies are then lost now and
+/// then.
 constexpr int kTriesInTraffic = 4;
 /// Fewer bytes than this are a disturbance of the line, no reply.
 constexpr std::size_t kLeastOfReply = 3;
@@ -37,7 +38,8 @@ Status Scanner::Run() {
   return status_;
 }
 
-/// Returns false if the port does not support the settings; the scan then goes on without them.
+/// Applies serial settings. Returns false if the port does not support them; the scan then goes on
+/// without them.
 bool Scanner::Set(const config::SerialSettings& serial) {
   if (wish_.network) return true;
   const Status set = wire_.Apply(serial);
@@ -110,8 +112,8 @@ void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
   }
 }
 
-/// True if found in this protocol, or in one whose devices take this one's questions for writes
-/// (never_at).
+/// True if the device was found already: in this protocol, or in a protocol for whose devices the
+/// questions of this protocol are writes (never_at).
 bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
   const protocols::Protocol& protocol = *wish_.tongues[tongue].protocol;
   return known_.contains({std::string(protocol.name), address}) ||
@@ -119,7 +121,7 @@ bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
 }
 
 void Scanner::Look(Asked asked, std::uint32_t finds) {
-  bool proof = false;  // the reply could be an echo, so the next question decides
+  bool proof = false;  // true: the reply could be an echo, so the next question decides
   for (std::size_t question = 0; question < TongueAt(asked).rule().questions; ++question) {
     if ((finds >> question & 1U) == 0 && !proof) continue;
     asked.question = question;
@@ -171,7 +173,8 @@ Verdict Scanner::ExchangeOnce(const Asked& asked) {
   return verdict;
 }
 
-/// Unexpected bytes may be a late reply to `late`, which is asked again with a longer timeout.
+/// Called after bytes that came without a request or from another device than the asked one. They
+/// may be a late reply to `late`, so `late` is asked again with a longer timeout.
 void Scanner::CheckLate(std::optional<Asked> late) {
   if (!late || traffic_ || checking_late_ || IsKnown(late->tongue, late->address)) return;
   late->patience = *TongueAt(*late).protocol->timing(late->serial).reply;
@@ -181,7 +184,8 @@ void Scanner::CheckLate(std::optional<Asked> late) {
   checking_late_ = false;
 }
 
-/// Returns true if this address needs no further question.
+/// Handles the verdict about the reply to a question. Returns true if this address needs no further
+/// question.
 bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   switch (verdict.what) {
     case Verdict::What::device: {
@@ -211,7 +215,8 @@ bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   }
 }
 
-/// The device accepts any parity, and its reply shows its real format: asks it in that format.
+/// The device accepts any parity, and its reply shows its real character format. Asks it in that
+/// format, and records the format if the device answers.
 void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
   const Asked before = asked;
   asked.serial.data_bits = 7;
@@ -244,7 +249,8 @@ bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   return found;
 }
 
-/// Repeats the question, then tries other formats; else two devices may have this address.
+/// Repeats a question whose reply was damaged. If all replies are damaged, tries other formats; if
+/// that fails, records that two devices may have this address.
 void Scanner::OnGarbled(const Asked& asked) {
   if (traffic_ || checking_late_) return;
   for (int repeat = 0; repeat < 2; ++repeat) {
@@ -303,7 +309,8 @@ void Scanner::Take(const Asked& asked, protocols::Sighting sighting,
   Keep(std::move(found));
 }
 
-/// Returns true if replies differ or are damaged, so two devices have this address.
+/// Asks a found device again. Returns true if its replies differ or are damaged, which means that
+/// two devices have this address.
 bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) {
   for (int repeat = 0; repeat < kRepeats && !is_over(); ++repeat) {
     const Verdict verdict = ExchangeOnce(asked);
@@ -322,7 +329,8 @@ bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) 
 void Scanner::AskName(const Asked& asked, protocols::Sighting& sighting) {
   Asked more = asked;
   const protocols::ScanRule& rule = TongueAt(asked).rule();
-  // Most devices without a name do not support the question.
+  // A missing reply is not tried again, because most devices without a name do not support the
+  // question.
   for (std::size_t question = 0; question < rule.questions; ++question) {
     if (!sighting.identity.empty()) return;
     more.question = question;
@@ -345,7 +353,8 @@ void Scanner::Keep(Found found) {
   report_.found.push_back(std::move(found));
 }
 
-/// Drops damaged replies from an address at which another protocol has found a device.
+/// Drops damaged replies from an address at which another protocol has found a device, because this
+/// device has sent them.
 void Scanner::Finish() {
   for (Found& doubtful : doubtful_) {
     const bool explained = std::ranges::any_of(

@@ -1,5 +1,7 @@
-// `Scanner` executes a scan: it sends the questions of the plan (plan.h), judges the replies
-// (judge.h), and repeats unclear ones. It sends only what the ScanRule of each protocol lists.
+// `Scanner` executes a scan: it listens, sends the questions of the plan (plan.h), judges the
+// replies (judge.h), and repeats a question if its reply is not clear. It sends only what the
+// ScanRule of each protocol lists. The caller provides the port and the clock (`Wire`), and
+// receives what was found (`Watcher`).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,8 +24,9 @@ class Wire {
   virtual ~Wire() = default;
   virtual Status Apply(const config::SerialSettings& serial) = 0;
   virtual Result<Gathered> Listen(Duration time) = 0;
-  /// Waits for a quiet line, sends, waits `patience` after the last character for the first byte,
-  /// then until no byte has come for `gap`.
+  /// Waits until the line is quiet, sends `request`, and returns the received bytes: waits
+  /// `patience` after the last character of the request for the first byte, then until no byte has
+  /// come for `gap`.
   virtual Result<Gathered> Ask(View request, Duration patience, Duration gap) = 0;
   virtual Instant Now() = 0;
 };
@@ -39,8 +42,8 @@ class Watcher {
   virtual ~Watcher() = default;
   virtual void OnProgress(const Progress& progress) = 0;
   virtual void OnFound(const Found& found) = 0;
-  /// Returns whether to send although another master is active. `who`: a sentence without a full
-  /// stop.
+  /// Returns whether the scan is allowed to send although another master is active. `who`: a
+  /// sentence about the master, without a full stop.
   virtual bool MayTalk(const std::string& who) = 0;
 };
 
@@ -49,7 +52,8 @@ class Scanner {
   /// All references must outlive this object.
   Scanner(const Wish& wish, const ProfileNames& profiles, Wire& wire, Watcher& watcher);
 
-  /// To be called once. The report contains what was found, also after an error.
+  /// Executes the scan; must be called only once. The report contains what was found, also after an
+  /// error.
   Status Run();
   const Report& report() const { return report_; }
 

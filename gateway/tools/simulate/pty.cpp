@@ -20,7 +20,8 @@
 
 namespace baudgate::tools {
 
-// For the master of /dev/pts/7, /proc/PID/fdinfo/FD contains "tty-index: 7".
+// ServerOf finds the process by /proc/PID/fdinfo/FD: for the master of /dev/pts/7, this file
+// contains "tty-index: 7".
 
 namespace {
 
@@ -161,7 +162,8 @@ Status Pty::MakeLink(const std::string& link) {
 int Pty::TakeMaster() { return std::exchange(master_, -1); }
 
 void Pty::Unplug() {
-  // The slave is open here, so its number cannot be reused: this link is the link of this object.
+  // While this object has the slave open, the number of the slave cannot be reused, so a link with
+  // this target is the link of this object.
   if (!link_.empty() && LinkTarget(link_) == slave_path_) (void)unlink(link_.c_str());
   link_.clear();
   CloseAndForget(slave_);

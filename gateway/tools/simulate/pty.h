@@ -1,4 +1,5 @@
-// `Pty` is a pseudo terminal that replaces a serial cable, for twins, the demo and tests.
+// `Pty` is a pseudo terminal that replaces a serial cable, for twins, the demo and tests: bytes
+// that a twin writes to the master arrive at the program that reads the linked path.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,13 +10,15 @@
 
 namespace baudgate::tools {
 
-// `ServerOf` protects the link of a running twin from a second simulator:
+// `ServerOf` finds the program that serves the pty of a symbolic link, so that a second simulator
+// does not take over the link of a running twin.
 //
 //   link -> /dev/pts/7, no /dev/pts/7                           not served: its program has ended
 //   link -> /dev/pts/7, which was created after the link        not served: the number was reused
 //   link -> /dev/pts/7, which was created before the link       served
 
-/// Returns "socat (pid 4711)", or "another program"; empty: not served. `target`: that of `link`.
+/// Returns the program, such as "socat (pid 4711)", or "another program" if it cannot be
+/// determined; empty: no program serves the pty. `target`: the target of `link`, "/dev/pts/7".
 std::optional<std::string> ServerOf(const std::string& link, const std::string& target);
 
 class Pty {
@@ -28,7 +31,8 @@ class Pty {
   Pty& operator=(Pty&& other) noexcept;
   ~Pty() { Unplug(); }
 
-  /// Non-blocking, close-on-exec, owned by the Pty; -1 after Unplug or TakeMaster.
+  /// Returns the master (non-blocking, close-on-exec); -1 after Unplug or TakeMaster. The Pty still
+  /// owns the master.
   int master() const { return master_; }
   /// Passes the ownership of the master to the caller, for example for an asio stream_descriptor.
   int TakeMaster();

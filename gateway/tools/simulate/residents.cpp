@@ -225,7 +225,8 @@ void Residents::SetFaults(const std::vector<Fault>& wanted, Instant now) {
   });
 }
 
-/// Makes copies of the twins with different values and one address that no twin has.
+/// Makes copies of the twins with different values. All copies reply under one address that no twin
+/// has.
 Residents::Twins Residents::MakeStrangers() const {
   std::vector<config::Device> devices;
   for (const auto& one : twins_) devices.push_back(one->device);

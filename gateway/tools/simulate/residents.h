@@ -1,5 +1,6 @@
-// `Residents` contains the twins of one protocol on a bus, and their faults: complete requests go
-// in, timed replies come out. No I/O.
+// `Residents` contains the twins (simulated devices) of one protocol on a bus, and their faults.
+// Complete requests go in; replies with their times come out. No I/O:
+// gateway/tools/simulate/twin_port.h carries the bytes over a pty or a connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,10 +23,12 @@
 
 namespace baudgate::tools {
 
-/// Each point follows its `simulate:` entry, a slow wave or a fixed value. A written value stays.
+/// The values that a twin measures: each point follows its `simulate:` entry, a slow wave or a
+/// fixed value. A value that was written stays.
 class SimulatedValues final : public protocols::TwinValues {
  public:
-  /// `points` must outlive this object. `seed` shifts the waves, so that twins differ.
+  /// `points` must outlive this object. `seed` shifts the waves, so that twins have different
+  /// values.
   SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed);
   Value Get(std::size_t point, Instant now) const override;
   void Set(std::size_t point, const Value& value) override;
@@ -52,11 +55,14 @@ class TwinEvents {
  public:
   TwinEvents(const EventSchedule& schedule, Now start) : schedule_(schedule), start_(start) {}
 
-  /// To be called before the twin answers a request.
+  /// Raises all events that are due. To be called before the twin answers a request. `device`: the
+  /// twin's device.
   void CatchUp(protocols::Twin& twin, const config::Device& device, Now now);
 
   std::uint64_t raised() const { return raised_; }
-  std::uint64_t refused() const { return refused_; }  ///< refused by the twin
+  std::uint64_t refused() const {
+    return refused_;
+  }  ///< number of events that the twin has refused
 
  private:
   protocols::DeviceEvent Next(const config::Device& device) const;
@@ -68,7 +74,8 @@ class TwinEvents {
   std::uint64_t refused_ = 0;
 };
 
-/// The lowest number that no device has: 3 for devices 1 and 2. Empty: addresses are no numbers.
+/// Returns the lowest number that is an address of this protocol and that no device of `devices`
+/// has. Example: 3 for devices 1 and 2. Empty: addresses of the protocol are not numbers.
 std::optional<std::string> FreeAddress(const protocols::Protocol& protocol,
                                        std::span<const config::Device> devices);
 
@@ -90,7 +97,8 @@ class Residents {
 
   const protocols::Protocol& protocol() const { return protocol_; }
   bool speaks_unasked() const;
-  /// The first device's options determine how received bytes are divided into requests.
+  /// Returns the options of the first device. They determine how received bytes are divided into
+  /// requests.
   const protocols::ParsedOptions& options() const { return options_; }
   const config::SerialSettings& serial() const { return SerialOf(*twins_.front()); }
 

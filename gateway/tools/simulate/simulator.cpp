@@ -158,8 +158,10 @@ void Simulator::SetFaults(const std::vector<Fault>& faults) {
 
 namespace {
 
-/// True if one frame rule divides requests of both; false for two DCON modules of which one has its
-/// checksum on. Equal options need no comparison of rules, which are new at each parse.
+/// True if requests to devices with the options `a` and with the options `b` are divided by the
+/// same frame rule. Example: false for two DCON modules of which one has its checksum on. If the
+/// options are equal, the rules are not compared, because descriptions of telegrams make a new
+/// frame rule at each parse.
 bool AreCutAlike(const protocols::Protocol& protocol, const config::Options& a,
                  const config::Options& b) {
   return a == b || protocol.expect({}, ParseOptions(protocol, a)) ==
@@ -175,7 +177,8 @@ Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const conf
   for (const config::Device& device : line.devices) {
     const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (protocol == nullptr) return Error{"protocol " + device.protocol + " is not installed"};
-    // A group receives only requests that fit its first device's options.
+    // A group receives only requests that fit the options of its first device, so devices with
+    // other options need a separate group.
     const auto same = std::ranges::find_if(groups, [&](const TwinGroup& group) {
       return group.protocol == protocol &&
              AreCutAlike(*protocol, group.devices.front().options, device.options);

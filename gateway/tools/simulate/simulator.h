@@ -1,4 +1,6 @@
-// `Simulator` serves twins on a pty or behind a TCP server, at a real bit rate if one is given.
+// `Simulator` serves twins (simulated devices) on a pty or behind a TCP server. It answers requests
+// as the real devices would, at a real bit rate if one is given. Used by `baudgate simulate`, the
+// demo, system tests and benchmarks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,8 +23,8 @@
 
 namespace baudgate::tools {
 
-/// Devices of one bus and protocol. The first one's options determine how received bytes are
-/// divided.
+/// Devices of one bus with the same protocol. The options of the first device determine for the
+/// whole group how received bytes are divided into requests.
 struct TwinGroup {
   const protocols::Protocol* protocol = nullptr;
   std::vector<config::Device> devices;
@@ -32,9 +34,11 @@ struct SimulatorOptions {
   std::string link;  ///< path of the symbolic link to the pty; empty: no link
   /// The address of a TCP server, in place of a pty; port 0: any free port.
   std::optional<config::HostPort> listen;
-  /// How long each character takes on the wire; empty: no time.
+  /// Serial settings that determine how long each character takes on the wire; empty: characters
+  /// take no time.
   std::optional<config::SerialSettings> pace;
-  /// True: if a reader has set another format, converts bytes to what a UART would receive.
+  /// True: if a reader has set the pty to another bit rate or format, bytes are converted to what a
+  /// UART with these settings would receive.
   bool strict = false;
   Duration think_time = 5ms;  ///< from the end of the request to the first byte of the reply
   std::vector<Fault> faults;  ///< their schedules begin when the simulator is created
@@ -46,7 +50,8 @@ struct SimulatorOptions {
 
 class Simulator {
  public:
-  /// Without devices, no request is answered. `io` must outlive this object.
+  /// Creates one bus with these devices; without devices, no request is answered. `io` must outlive
+  /// this object.
   static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io,
                                                    std::vector<TwinGroup> groups,
                                                    const SimulatorOptions& options);
@@ -58,14 +63,17 @@ class Simulator {
 
   /// Returns the value for `port:` of a line: a path, or for example "tcp://127.0.0.1:4001".
   const std::string& path() const;
-  /// The number of answered requests, and of the characters of these exchanges. Thread-safe.
+  /// The number of answered requests, and of the characters of these exchanges in both directions.
+  /// Thread-safe.
   std::uint64_t answered() const;
   std::uint64_t characters() const;
   /// Returns how often each fault has struck. To be called on the thread of the io_context.
   std::vector<FaultCount> fault_counts() const;
-  /// Raised and refused events. To be called on the thread of the io_context.
+  /// Returns the numbers of raised and of refused events. To be called on the thread of the
+  /// io_context.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;
-  /// Counts and schedules start again. To be called on the thread of the io_context.
+  /// Replaces all faults. Their counts and schedules start again. To be called on the thread of the
+  /// io_context.
   void SetFaults(const std::vector<Fault>& faults);
 
  private:
@@ -74,9 +82,11 @@ class Simulator {
   std::shared_ptr<Impl> impl_;
 };
 
-// The twins of a whole line, which can have several protocols and serial settings.
+// `SimulateLine` makes the twins of a whole line of a configuration, which can have several
+// protocols and serial settings. Used by `baudgate simulate -c` and the demo.
 
-/// Place and faults are those of `options`; the line determines the pace and serial settings.
+/// Takes the place (link or listen) and the faults from `options`. The line determines the pace,
+/// and the serial settings that a reader must use.
 Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const config::Line& line,
                                                 const config::Catalog& catalog,
                                                 SimulatorOptions options);

@@ -16,11 +16,12 @@ namespace baudgate::tools {
 namespace {
 
 constexpr std::size_t kFaultKinds = 11;
-/// The byte in place of a character with a wrong parity (transports/serial_port.h).
+/// The byte that the transport delivers in place of a character with a wrong parity
+/// (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
 
-// These functions replace distributions of the standard library, which differ between
-// implementations.
+// These functions replace the distributions of the standard library, because their results differ
+// between implementations.
 
 std::size_t Below(std::mt19937_64& random, std::size_t limit) {
   return static_cast<std::size_t>(random() % limit);
@@ -28,7 +29,8 @@ std::size_t Below(std::mt19937_64& random, std::size_t limit) {
 
 double Share(std::mt19937_64& random) { return static_cast<double>(random() >> 11U) * 0x1.0p-53; }
 
-/// Depends on the kind, so that two faults with one `seed` do not strike the same replies.
+/// Returns the seed of a fault. It depends on the kind, so that two faults with the same `seed` do
+/// not strike the same replies.
 std::uint64_t SeedOf(const Fault& fault) {
   constexpr std::uint64_t kSpread = 0x9E37'79B9'7F4A'7C15;
   return fault.seed + kSpread * (static_cast<std::uint64_t>(fault.kind) + 1);
@@ -170,7 +172,8 @@ bool TwinFaults::Dribble(Active& active, Speech& speech) {
   return !speech.empty();
 }
 
-/// Also flips parity bits. With a parity, an odd number of flipped bits arrives as kParityError.
+/// Flips random bits of the characters on the wire, including parity bits. A character with an odd
+/// number of flipped bits arrives as kParityError if there is a parity.
 bool TwinFaults::FlipBits(Active& active, Speech& speech) const {
   if (speech.empty() || speech.front().bytes.empty()) return false;
   Bytes& bytes = speech.front().bytes;

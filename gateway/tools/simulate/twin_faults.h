@@ -1,5 +1,6 @@
-// `TwinFaults` makes timed pieces of a twin's reply that can be lost, damaged, torn, late or from
-// another device. No I/O.
+// `TwinFaults` applies faults to the replies of a twin: a reply becomes timed pieces of bytes that
+// can be lost, damaged, torn, late or from another device. No I/O:
+// gateway/tools/simulate/simulator.h sends the pieces on a pty, tests on a virtual line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -55,7 +56,7 @@ std::string_view Name(Fault::Kind kind);
 
 struct TwinWire {
   config::SerialSettings serial;
-  bool paced = false;    ///< each character takes the time of its bit rate; false: no time
+  bool paced = false;    ///< true: each character takes the time of its bit rate; false: no time
   Duration think = 5ms;  ///< from the end of the request to the first byte of the reply
 
   Duration TimeOf(std::size_t characters) const {
@@ -72,11 +73,13 @@ struct FaultCount {
 
 class TwinFaults {
  public:
-  /// Returns another device's reply. Called for each answered request, so that its sessions stay
+  /// Returns the reply of another device to `request`, with the address of this other device. It is
+  /// called for each request that the twin answers, so that the sessions of the other device stay
   /// valid.
   using Stranger = std::function<Bytes(View request, Instant now)>;
 
-  /// An empty `stranger`: wrong_address never occurs. The times of the faults count from `start`.
+  /// `stranger`: see Stranger; empty: the fault wrong_address never occurs. The times of the faults
+  /// count from `start`.
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
              Stranger stranger = {});
 
@@ -84,8 +87,9 @@ class TwinFaults {
   /// because a restarted device has lost its sessions.
   bool IsDead(Instant now) const;
 
-  /// Returns pieces sorted by time, those of earlier replies first. An empty `reply`: the request
-  /// was not for this twin.
+  /// Returns the bytes that the master receives after `request`, sorted by time. `reply` empty: the
+  /// request was not for this twin. Pieces of earlier replies that are still on the wire come
+  /// first.
   std::vector<TimedPiece> Deliver(View request, Bytes reply, Instant end_of_request);
 
   /// Returns the counts of the faults, in the order of the constructor's argument.
@@ -134,7 +138,8 @@ class TwinFaults {
   Instant said_until_{};
 };
 
-// Reads `simulate --fault`: "bits:rate=0.1,count=2,every=60s,for=20s" (docs/faults.md).
+// `ParseFault` reads a fault as the user writes it for `simulate --fault`. Example:
+// "bits:rate=0.1,count=2,every=60s,for=20s". docs/faults.md lists the kinds and keys.
 
 /// The error contains the fault, the key and the permitted values.
 Result<Fault> ParseFault(std::string_view text);

@@ -15,7 +15,8 @@ namespace {
 using config::Parity;
 using config::SerialSettings;
 
-/// In per mille: the largest difference at which a receiver still samples every bit correctly.
+/// The largest difference of bit rates, in per mille, at which a receiver still samples every bit
+/// of a character correctly.
 constexpr long kTolerancePerMille = 30;
 
 bool ParityBit(unsigned data, Parity parity) {
@@ -166,8 +167,9 @@ std::size_t TwinPort::Held() const {
   return held;
 }
 
-/// Returns the bytes as the twins' UART receives them at equal bit rates without damage; else
-/// unchanged, so that a reader with other settings receives some bytes.
+/// Returns the bytes as the twins' UART receives them, if no character is damaged and the bit rates
+/// are equal. Otherwise returns the bytes unchanged, so that twins answer and a reader with other
+/// settings receives some bytes.
 Bytes TwinPort::AsSent(Residents& residents, View bytes) const {
   const Bytes as_they_are(bytes.begin(), bytes.end());
   if (!bus_->strict) return as_they_are;
@@ -189,8 +191,9 @@ void TwinPort::OnRequestBytes(View bytes) {
   AwaitSilence();
 }
 
-/// A request that only a silence ends is returned at once if the assembler contains nothing else.
-/// Otherwise more bytes may follow.
+/// Returns the next request. If only a silence can end a request, it is returned at once if the
+/// assembler contains nothing else. Otherwise more bytes may follow, and the assembler stays
+/// unchanged.
 std::optional<Bytes> TwinPort::NextRequest(protocols::Assembler& assembler) {
   if (auto frame = assembler.Next(false)) return frame;
   protocols::Assembler after_silence = assembler;
@@ -251,7 +254,8 @@ Bytes TwinPort::AsReceived(View bytes, const config::SerialSettings& speaker) co
   return {bytes.begin(), bytes.end()};
 }
 
-/// `until`: time of the last character. Returns the bytes as the reader receives them.
+/// Adds `bytes` to the pieces to send. `until`: when their last character is sent. Returns the
+/// bytes as the reader receives them.
 Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& speaker) {
   const Bytes heard = AsReceived(bytes, speaker);
   View rest = heard;

@@ -1,5 +1,6 @@
-// `TwinPort` is one connection to the twins of a bus. It sends each piece of a reply when a serial
-// line would have transmitted its last character.
+// `TwinPort` is one connection to the twins of a bus: a pty or a TCP connection. It divides
+// received bytes into requests, and sends each piece of a reply at the time at which a serial line
+// would have transmitted its last character.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,13 +22,16 @@
 
 namespace baudgate::tools {
 
-// `ReceiveAs` computes which bytes a UART with other serial settings receives. No I/O, no clock.
+// `ReceiveAs` computes which bytes a UART receives if characters were sent with other serial
+// settings: it samples the bits of the wire at the receiver's bit rate, and reads them in the
+// receiver's format. No I/O, no clock.
 struct Received {
   Bytes bytes;              ///< a damaged character is 0, as a tty delivers it
   std::size_t damaged = 0;  ///< characters with a wrong parity or stop bit
 };
 
-/// `sent` has no pauses. The wire is idle before and after.
+/// Returns what a UART with the settings `receiver` receives when a UART with the settings `sender`
+/// sends the characters `sent` without pauses. The wire is idle before and after them.
 Received ReceiveAs(const config::SerialSettings& receiver, View sent,
                    const config::SerialSettings& sender);
 
@@ -47,7 +51,8 @@ struct TwinBus {
 
 class TwinPort : public std::enable_shared_from_this<TwinPort> {
  public:
-  /// Owns the descriptor. Handlers hold only a weak reference.
+  /// Takes over the descriptor. Handlers hold only a weak reference, so they do nothing after this
+  /// object is destroyed.
   TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus> bus);
 
   void Start();

@@ -1,5 +1,6 @@
-// `StopSignals` delivers SIGINT, SIGTERM and SIGHUP by a descriptor, and SIGWINCH (a new size) if
-// wanted.
+// `StopSignals` delivers SIGINT, SIGTERM and SIGHUP by a descriptor, for commands that run until
+// they are stopped or their terminal is closed. Commands that draw on a terminal can also get
+// SIGWINCH, which reports a new size.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +16,8 @@
 
 namespace baudgate::tools {
 
-/// Blocks the signals during its lifetime; the destructor discards unread ones.
+/// Blocks the signals during its lifetime. Signals that were not read are discarded by the
+/// destructor.
 class StopSignals {
  public:
   enum class And : std::uint8_t { nothing, resize };
@@ -64,8 +66,9 @@ class StopSignals {
   int descriptor_ = -1;
 };
 
-/// Returns 4 in place of a successful `code` if the output cannot be written, for example to a full
-/// disk. An output closed by its reader is no error.
+/// Returns the exit code of a command. If the output cannot be written, for example to a full disk,
+/// returns 4 in place of a successful `code`. If the program that reads the output has closed it,
+/// this is not an error.
 int AfterOutput(int code);
 
 }  // namespace baudgate::tools

@@ -1,4 +1,5 @@
-// `RenderTable` renders tables of live values, for `baudgate watch` and `baudgate demo`.
+// `RenderTable` renders tables of live values as text. `baudgate watch` and `baudgate demo` fill
+// the tables from samples, and print the text on a terminal.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,10 +15,12 @@
 
 namespace baudgate::tools {
 
-// `LiveScreen` uses the whole screen; its destructor restores the former content. Works over ssh.
+// `LiveScreen` draws on the whole screen of a terminal. Its destructor restores the former content.
+// Used by `demo`, `watch` and `status --watch`; works over ssh.
 class LiveScreen {
  public:
-  /// Fails without a terminal, or if it can only print line after line (TERM=dumb).
+  /// Checks that the terminal of `descriptor` can be drawn on. The error contains the reason: there
+  /// is no terminal, or it can only print line after line (TERM=dumb).
   static Status Possible(int descriptor);
 
   /// `out` must write to a terminal, and outlive this object.
@@ -26,8 +29,9 @@ class LiveScreen {
   LiveScreen(const LiveScreen&) = delete;
   LiveScreen& operator=(const LiveScreen&) = delete;
 
-  /// Draws at most `height` lines (0: all); the last shows how many are left out. Writes only
-  /// changed text, all at once, so that the screen does not flicker.
+  /// Replaces the drawn lines by at most `height` lines (0: all). If lines are left out, the last
+  /// line shows how many. Writes only if the text has changed, and all at once, so that the screen
+  /// does not flicker.
   void Draw(std::string_view lines, std::size_t height);
 
  private:
@@ -57,9 +61,10 @@ struct TableView {
   bool colour = false;
 };
 
-/// If lines are too wide, leaves out spare columns, the last first, then cuts text columns, the
-/// widest first. Replaces control characters by '?', so that data from a network cannot control the
-/// terminal.
+/// Renders a table as lines that each end in a line feed. Columns are as wide as the shown rows
+/// need. If the lines would be wider than the view, spare columns are left out, the last first;
+/// then text columns are cut, the widest first. Control characters in cells are replaced by '?', so
+/// that data from a network cannot control the terminal.
 std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
                         const TableView& view);
 
@@ -70,16 +75,19 @@ struct PointRow {
   std::string unit;
   Quality quality = Quality::bad_waiting;
   std::optional<Duration> age;  ///< empty: the point was never read
-  bool gone = false;            ///< the point's gateway no longer publishes it
+  bool gone = false;            ///< true: the point's gateway no longer publishes it
 };
 
-/// The device's name is only in its first row.
+/// Renders device, point, value, unit, quality and age. The device's name is only in the first row
+/// of the device.
 std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& view);
 
-/// nullopt: `descriptor` is not a terminal. `colour` is false if NO_COLOR is set.
+/// Returns the size of the terminal of `descriptor`; nullopt: it is not a terminal. `colour` is
+/// false if NO_COLOR is set.
 std::optional<TableView> TerminalView(int descriptor);
 
-/// In characters; 0: there is no terminal, and so no limit.
+/// Returns how many characters a line of the terminal has; 0: there is no terminal, and so no
+/// limit.
 std::size_t TerminalWidth(int descriptor);
 
 }  // namespace baudgate::tools

@@ -1,4 +1,5 @@
-// Width of text in a terminal, and tables. `WidthOf` counts characters: "°C" has width 2.
+// Functions for the width of text in a terminal, and for tables. `WidthOf` returns the width in
+// characters, not bytes: "°C" has width 2.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,14 +20,17 @@ inline std::size_t WidthOf(std::string_view text) {
       std::ranges::count_if(text, [](char c) { return !ContinuesCharacter(c); }));
 }
 
-/// Breaks at blanks; `width` 0: no limit. A longer word is broken. Returns at least one line.
+/// Breaks a text at blanks into lines of at most `width` characters; 0: no limit. A longer word is
+/// broken at the end of its line. Returns at least one line.
 std::vector<std::string> WrapLines(std::string_view text, std::size_t width);
 
-/// Does the same as WrapLines, as one text; each line but the first begins with `indent` blanks.
+/// Breaks a text as WrapLines does, and returns the lines as one text: each line ends in '
+/// ', and each line but the first begins with `indent` blanks.
 std::string WrapSentence(std::string_view text, std::size_t width, std::size_t indent = 2);
 
-// Places the cells of a row side by side if they fit the width. Otherwise later columns go to
-// further, indented lines, and the last column is wrapped at words.
+// `ColumnLayout` places the cells of a table row in a terminal. Cells are side by side if they fit
+// the width of the terminal. Otherwise later columns go to further, indented lines, and the last
+// column is wrapped at words.
 //
 //   time                      client      point
 //       old -> new  outcome   reason that goes
@@ -61,7 +65,8 @@ class ColumnLayout {
 
 namespace baudgate::tools {
 
-// Prints aligned columns for terminals, Markdown for documents, CSV for spreadsheets.
+// `TextTable` prints a table in one of three forms: aligned columns for terminals, Markdown for
+// documents, CSV for spreadsheets.
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) : header_(std::move(header)) {}
@@ -86,8 +91,9 @@ class TextTable {
 
 namespace baudgate::tools {
 
-// A table whose rows come one after the other. When a column gets wider, the header is printed
-// again:
+// `StreamTable` prints an aligned table whose rows come one after the other. Columns never get
+// narrower. When a column gets wider after the header was printed, the header is printed again
+// above the new rows:
 //
 //   point                 outcome
 //   bay-1.feeder-1.group  ok

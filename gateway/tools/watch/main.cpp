@@ -49,9 +49,10 @@ void Say(const std::string& sentence) {
   std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
 }
 
-/// Feeds the watchdog: SIGALRM ends the process if Live is not called again within `most`. If the
-/// gateway is dead, no other program ends a hanging process, and subscribers would trust its
-/// samples.
+/// Feeds the watchdog of this process: SIGALRM ends the process if Live is not called again within
+/// `most`. The default is later than the time at which the gateway would end the process. The
+/// watchdog is needed because no other program ends a process that hangs if the gateway is dead,
+/// and subscribers would take its last samples for valid.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
 /// Stops the watchdog of Live in its destructor. It must be declared first, and so destroyed last,
@@ -60,7 +61,9 @@ struct LivesNoMore {
   ~LivesNoMore() { Live(0s); }
 };
 
-/// Extends both watchdogs while the DDS library opens, because neither is fed in this time.
+/// Extends the watchdog of Live and that of systemd while the DDS library opens, because neither is
+/// fed in this time. The destructor restores systemd's time; the next call of Live restores the
+/// other.
 class SlowWhile {
  public:
   SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) {
@@ -108,7 +111,8 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const tools::StopSignals& stop
   return Serve(link, server, wake, stop.descriptor(), alive);
 }
 
-/// `memory`: limit of the address space in bytes; 0: no limit.
+/// Limits the memory and the system calls of this process. `memory`: limit of the address space in
+/// bytes; 0: no limit.
 Status Confine(std::uint64_t memory) {
   if (kSanitized) return {};
   if (memory != 0) {
@@ -152,7 +156,8 @@ int ServeSocket(const Options& options, const tools::StopSignals& stop) {
   }
 }
 
-/// In a child process, so that a datagram that crashes the DDS library does not end this process.
+/// Runs `baudgate watch` in a child process, so that a datagram that crashes the DDS library does
+/// not end this process. The child checks that its output was written.
 int Watch(tools::WatchOptions& options) {
   constexpr Duration kLadder[] = {100ms, 500ms, 1s, 2s, 5s, 10s};
   if (tools::LiveScreen::Possible(STDOUT_FILENO))
@@ -174,7 +179,8 @@ int Watch(tools::WatchOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // `baudgate watch` starts this program with argv[0] = "baudgate".
+  // `baudgate watch` starts this program with argv[0] = "baudgate", so that messages contain this
+  // name.
   const bool as_baudgate = argc > 0 && std::string_view(argv[0]) == "baudgate";
   CLI::App app("baudgate-dds: the process that speaks DDS for baudgate",
                as_baudgate ? "baudgate" : "baudgate-dds");

@@ -87,7 +87,8 @@ dds::SubscriberCallbacks PointFeed::Callbacks() {
 
 namespace {
 
-/// For RunLineLoop, which prints a line for each item of `watch --events` and `--alarms`.
+/// The parameters of RunLineLoop, which prints a line for each item of `watch --events` and
+/// `--alarms`.
 struct LineLoop {
   const StopSignals& signals;
   std::optional<Duration> seconds;  ///< ends after this time; empty: no limit
@@ -129,7 +130,8 @@ bool Matches(const dds::AlarmSample& alarm, const WatchOptions& options) {
          Is(options.point, alarm.point);
 }
 
-/// An unknown number, which a newer gateway sends, is returned as text.
+/// Returns the name of a number of the contract (the published types). For an unknown number, which
+/// a newer gateway sends, returns the number as text.
 std::string NameOf(std::span<const std::string_view> names, std::uint16_t number) {
   return number < names.size() ? std::string(names[number]) : std::to_string(number);
 }
@@ -145,8 +147,9 @@ std::string PriorityOf(const dds::AlarmSample& alarm) {
   return NameOf(kNames, alarm.priority);
 }
 
-/// A gateway that starts can publish events again. Compares the number and also the time of
-/// reception, because numbers begin at 1 again in a new file.
+/// `Unseen` selects events that were not printed yet, because a gateway that starts can publish
+/// events again. It compares the event number, and also the time of reception, because the numbers
+/// begin at 1 again if the gateway's file is new.
 class Unseen {
  public:
   bool Take(const dds::EventSample& event) {

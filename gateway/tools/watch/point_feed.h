@@ -1,4 +1,5 @@
-// `PointFeed` passes points, and starts and ends of gateways, to the thread that shows them.
+// `PointFeed` is the subscriber of `watch`: it passes points, and starts and ends of gateways, from
+// the threads of the DDS library to the thread that shows them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -90,12 +91,13 @@ class Listening {
   using Open = std::function<Status()>;
   using Find = std::function<dds::OwnAddresses()>;
 
-  /// `open` ends the subscriber and creates a new one. `interfaces`: those of the subscriber.
+  /// `open` ends the subscriber, if there is one, and creates a new one. `interfaces`: the network
+  /// interfaces of the subscriber.
   Listening(std::vector<std::string> interfaces, Open open, Find find = dds::FindOwnAddresses);
 
   Status Start();
-  /// To be called once a second. Returns a message if the subscriber was restarted or cannot be
-  /// created.
+  /// Checks the interfaces once a second. Returns a message for the user if the subscriber was
+  /// restarted or cannot be created. After a failure, tries again each second.
   std::optional<std::string> Look(Instant now);
   Instant next_look() const { return next_look_; }
   /// Returns why there is no subscriber; empty: there is a subscriber.
@@ -110,8 +112,9 @@ class Listening {
   Instant next_look_{};
 };
 
-/// Called by `open` of Listening. The mailbox is closed meanwhile, because a thread of the old
-/// subscriber may wait in Put and no thread takes items out.
+/// Replaces the subscriber; called by `open` of Listening. While the old subscriber ends, the
+/// mailbox is closed, because a thread of the subscriber may wait in Put and no thread takes items
+/// out.
 template <typename Subscriber, typename Item, typename Make>
 Status MakeAnew(std::unique_ptr<Subscriber>& subscriber, Mailbox<Item>& mailbox, const Make& make) {
   mailbox.Close();
@@ -160,7 +163,8 @@ class PointFeed {
   std::unique_ptr<dds::DdsSubscriber> subscriber_;
 };
 
-// `baudgate watch --events` and `--alarms`: one line for each event or change of an alarm.
+// `RunWatchEvents` is `baudgate watch --events` and `--alarms`: it prints one line for each event,
+// or for each change of an alarm, of all gateways.
 
 std::string JsonLine(const dds::EventSample& event);
 std::string PlainLine(const dds::EventSample& event);

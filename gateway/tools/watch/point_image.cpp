@@ -11,7 +11,8 @@ namespace {
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-/// A token is a run of digits, without leading zeros, or one other character.
+/// Removes a run of digits, or one other character, from the front of `text`, and returns it
+/// without leading zeros.
 std::string_view TakeToken(std::string_view& text) {
   std::size_t end = 1;
   if (IsDigit(text.front())) {
@@ -273,7 +274,8 @@ void Publishers::CheckRivals(Names& of, const Point& before, const dds::Publishe
   gateway.rivals = Rivals{before.publisher, publisher, received, now + kRivalsMayGo, point};
 }
 
-/// Seq 0: no reading, for example after a reload has restarted the line.
+/// A sample with seq 0 contains no reading, for example after a reload has restarted its line. It
+/// is ignored here.
 void Publishers::CheckSeq(Names& of, const Point& before, const dds::PointSample& sample,
                           std::int64_t start) {
   if (sample.seq == 0 || sample.seq >= before.seq || start != before.start ||

@@ -1,4 +1,5 @@
-// `PointImage` contains the present state of all points, in the order in which they are shown.
+// `PointImage` contains the present state of all points, and returns them in the order in which
+// they are shown. gateway/tools/watch/watch.h passes events to it and shows its rows in a table.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,9 +20,10 @@
 
 namespace baudgate::tools {
 
-// Sorts points in the order of the profile that contains most of them, because a sample does not
-// contain the profile. Each line of the file contains the names of a profile's points; '-':
-// write-only.
+// `PointOrder` sorts the points of a device in the order of its profile. A sample does not contain
+// the profile, so the profile that contains most of the device's points is used. The profiles come
+// from a file that `baudgate watch` makes of the installed profiles: each line contains the names
+// of a profile's points; '-' marks a point that can only be written.
 //
 //   current_l1 current_l2 current_l3 -reset
 class PointOrder {
@@ -29,10 +31,11 @@ class PointOrder {
   PointOrder() = default;
   explicit PointOrder(std::istream& profiles);
 
-  /// First the points of the profile, then the others by name: input_2 comes before input_10.
+  /// Sorts points: first the points of the profile in its order, then the others by name, and
+  /// numbers in names by value, so that input_2 comes before input_10.
   void Sort(std::vector<std::string>& points) const;
-  /// True if write-only in every profile that contains the name. A write-only point never has a
-  /// value.
+  /// True if the point is write-only in every profile that contains this name. A write-only point
+  /// never has a value.
   bool IsWriteOnly(const std::string& point) const { return write_only_.contains(point); }
 
  private:
@@ -61,7 +64,8 @@ class PointImage {
   bool empty() const { return image_.empty(); }
   const PointOrder& order() const { return order_; }
 
-  /// Sorted by gateway and device, then in the order of the profile.
+  /// Returns the latest event of each point, sorted by gateway and device; the points of a device
+  /// are in the order of its profile.
   std::vector<const PointEvent*> Ordered() const;
   std::vector<PointRow> Rows(WallTime now) const;
 
@@ -72,8 +76,9 @@ class PointImage {
   std::map<Key, PointEvent> image_;
 };
 
-// `Publishers` detects a false publisher: two live publishers publish the same point, or the
-// numbers of readings decrease.
+// `Publishers` tracks the publishers of each gateway, and detects a false publisher by two signs:
+// two live publishers publish the same point, or the numbers of readings decrease. The subscriber
+// reports samples and ends; remarks are shown to the user.
 
 struct Remark {
   enum class Weight : std::uint8_t { note, change, alarm };
@@ -91,7 +96,8 @@ class Publishers {
   void OnSample(const dds::PointSample& sample, const dds::Origin& origin, Instant now);
   void OnStart(const dds::GatewaySample& start, const dds::PublisherId& publisher);
   void OnLeft(const dds::PublisherId& publisher);
-  /// Forgets live publishers, because they may have ended unnoticed while nothing was received.
+  /// Nothing was received for a while, so publishers may have ended unnoticed. Forgets which
+  /// publishers are live.
   void OnDeaf();
   void Tick(Instant now);
 

@@ -19,7 +19,8 @@ namespace {
 
 constexpr int kEndedBySignal = 128;
 
-/// Blocks signals that are passed to the child, which restores the former mask.
+/// `PassedSignals` blocks the signals that are passed to the child, and delivers them by a
+/// descriptor. The child restores the former signal mask.
 class PassedSignals {
  public:
   PassedSignals() {
@@ -38,7 +39,7 @@ class PassedSignals {
   void Restore() const { sigprocmask(SIG_SETMASK, &before_, nullptr); }
   struct Signal {
     int number = 0;         ///< 0: no signal
-    bool from_key = false;  ///< by Ctrl-C, so the child has received the signal as well
+    bool from_key = false;  ///< true: by Ctrl-C, so the child has received the signal as well
   };
   /// Returns the next signal; number 0: no signal came in time.
   Signal Next(int milliseconds) const {
@@ -65,7 +66,8 @@ pid_t StartChild(const std::function<int()>& run, const PassedSignals& signals) 
   ::_exit(run());
 }
 
-/// Passes signals to the child. `stopped`: a signal to stop came. Returns the child's wait status.
+/// Waits for the end of the child, and passes signals to it. Sets `stopped` if a signal to stop
+/// came. Returns the wait status of the child.
 int WaitFor(pid_t child, const PassedSignals& signals, bool& stopped) {
   int status = 0;
   while (::waitpid(child, &status, WNOHANG) == 0) {

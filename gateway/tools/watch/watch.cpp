@@ -19,7 +19,8 @@
 namespace baudgate::tools {
 namespace {
 
-/// Empty: `address` is the IPv4 address of a machine.
+/// Returns why `address` is not the IPv4 address of a machine; empty: it is the address of a
+/// machine.
 std::string NotAMachine(const std::string& address) {
   if (config::IsMachineIpv4(address)) return {};
   return Quoted(address) + " is not the IPv4 address of a machine; write for example 10.0.0.7";
@@ -172,7 +173,8 @@ class Watch {
   }
 
   void Take(const PointEvent& event, Instant now) {
-    // A write-only point never has a value. JSON contains all that is published.
+    // A write-only point never has a value, so a table or text shows no row for it. JSON contains
+    // all that is published.
     const bool never_read = event.sample.seq == 0 && image_.order().IsWriteOnly(event.sample.point);
     if (!options_.json && never_read) return;
     if (!Matches(event.sample)) {
@@ -186,7 +188,8 @@ class Watch {
     if (is_shown && !options_.once && !Live()) Print(event);
   }
 
-  /// Notes are printed only among text lines; a live table shows alarms below its rows.
+  /// Prints a remark as a line. A note is printed only among text lines. While a live table is
+  /// shown, nothing is printed; the table shows alarms below its rows.
   void Tell(const Remark& remark) {
     const bool streams_text = !options_.once && !options_.json;
     if (remark.weight == Remark::Weight::note && !streams_text) return;
@@ -251,7 +254,8 @@ class Watch {
     return text;
   }
 
-  /// Gives up early if only samples that the filter drops have come, because the network works.
+  /// Returns when `once` gives up. If only samples that the filter drops have come, it gives up
+  /// early, because the network works; if no sample has come, it gives up late.
   Instant GiveUpAt() const {
     const Instant latest = started_ + options_.first_sample_timeout;
     return filtered_ > 0 ? std::min(latest, first_filtered_ + kOthersOnly) : latest;

@@ -1,4 +1,5 @@
-// `baudgate watch`: shows what gateways publish on DDS, as a live table, text or JSON lines.
+// `RunWatch` is `baudgate watch`: it shows what gateways publish on DDS, as a live table, as text
+// lines or as JSON lines. Samples come from gateway/outputs/dds/fast/subscriber.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,10 +27,10 @@ struct WatchOptions {
   std::vector<std::string> peers;                     ///< see dds::ParticipantOptions
   std::vector<config::HostPort> discovery_servers{};  ///< see dds::ParticipantOptions
   bool multicast = true;                              ///< see dds::ParticipantOptions
-  bool once = false;                ///< wait until no new point comes, print all points, end
-  bool events = false;              ///< show events instead of points
-  bool alarms = false;              ///< show alarms instead of points
-  bool json = false;                ///< print one JSON object for each reading
+  bool once = false;                ///< true: wait until no new point comes, print all points, end
+  bool events = false;              ///< true: show events instead of points
+  bool alarms = false;              ///< true: show alarms instead of points
+  bool json = false;                ///< true: print one JSON object for each reading
   std::optional<Duration> seconds;  ///< end after this time; empty: at SIGINT, SIGTERM or SIGHUP
   std::string gateway;              ///< show only this gateway; empty: all gateways
   std::string device;
@@ -42,11 +43,13 @@ struct WatchOptions {
 
 dds::ParticipantOptions ParticipantOf(const WatchOptions& options);
 
-/// Exit codes: 0; 2 for `multicast` false without peers and discovery servers; 4 no point was
+/// Runs until SIGINT, SIGTERM or SIGHUP, or until the end that `once` or `seconds` sets. Returns
+/// the exit code: 0; 2 for `multicast` false without peers and discovery servers; 4 if no point was
 /// received, or the subscriber cannot be created.
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
-// The options of `baudgate watch`, which the gateway's program passes on to baudgate-dds.
+// The command-line options of `baudgate watch`. The gateway's program passes them on to
+// baudgate-dds, which parses them.
 
 /// Adds the subcommand. `options` must stay valid until parsing has ended.
 CLI::App* AddWatch(CLI::App& app, WatchOptions& options);

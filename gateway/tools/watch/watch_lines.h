@@ -17,7 +17,8 @@
 
 namespace baudgate::tools {
 
-// `JsonOf` makes JSON of the fields of gateway/outputs/dds/published_types.h, in their order:
+// `JsonOf` makes JSON of a sample: the fields of the contract
+// (gateway/outputs/dds/published_types.h), with their names and in their order.
 //
 //   source_time_ns 1790000000000000000    "source_time":"2026-09-21T14:13:20.000Z"
 //   source_time_ns 0                      "source_time":null
@@ -47,7 +48,8 @@ void PutField(std::string_view name, const Value& value, Json& to) {
   made = value;
 }
 
-/// `special` returns true if it has added the field of this name itself.
+/// `special` is called with the name of each field. It returns true if it has added the field
+/// itself.
 template <typename Sample, typename Special>
 Json JsonOf(const Sample& sample, const Special& special) {
   Json json;
@@ -70,7 +72,8 @@ Json KeyOf(const Sample& sample) {
   return json;
 }
 
-/// At the end of a point, only the key fields of the sample are valid.
+/// A sample of a point, or the end of the point. At the end, only the key fields of the sample are
+/// valid.
 struct PointEvent {
   dds::PointSample sample;
   dds::Origin origin;

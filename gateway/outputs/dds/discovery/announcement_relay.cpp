@@ -18,7 +18,8 @@
 namespace baudgate::dds {
 namespace {
 
-// Announcements of a new participant without a pause between them: datagrams can be lost.
+// Announcements of a new or changed participant that are forwarded without a pause between them,
+// because datagrams can be lost.
 constexpr int kFirstRounds = 3;
 constexpr std::size_t kMostAddresses = 1024;
 
@@ -34,7 +35,8 @@ Relayed AnnouncementRelay::On(View datagram, UdpAddress sender, Instant now) {
   if (datagram.size() > limits_.datagram) return {{}, "an announcement that is too long"};
   auto announcement = ReadAnnouncement(datagram, sender);
   if (!announcement) return {{}, announcement.error()};
-  // Ignored, because anybody can forge it: the participant is removed when its lease ends.
+  // A message that says a participant leaves is ignored, because anybody can forge it. The
+  // participant is removed when its lease ends.
   if (announcement->leaves) return {};
   ForgetSilent(now);
   Known* one = Find(announcement->participant);
@@ -45,7 +47,8 @@ Relayed AnnouncementRelay::On(View datagram, UdpAddress sender, Instant now) {
     one = &known_.back();
     IntroduceOthersTo(*one, now);
   } else {
-    // A machine with two networks has two addresses; only the first one is used.
+    // A machine with two networks announces itself from two addresses; only the first address is
+    // used.
     if (one->announcement.at.address != sender.address) return {};
     one->heard = now;
     if (!std::ranges::equal(one->announcement.said(), announcement->said())) one->rounds = 0;
@@ -98,7 +101,8 @@ void AnnouncementRelay::IntroduceToOthers(Known& one, Instant now) {
   for (const Known& other : known_) Introduce(one, other, now);
 }
 
-/// If a rate is exceeded, sends nothing; the next repetition sends the announcement.
+/// Queues the announcement of `whom` for `to`. If a rate is exceeded, nothing is sent now; the next
+/// repetition sends the announcement.
 void AnnouncementRelay::Introduce(const Known& whom, const Known& to, Instant now) {
   if (&whom == &to || whom.announcement.domain != to.announcement.domain) return;
   const Role role = whom.announcement.role;
@@ -109,7 +113,8 @@ void AnnouncementRelay::Introduce(const Known& whom, const Known& to, Instant no
   introductions_.push_back({at, whom.announcement.datagram});
 }
 
-/// If the table is full, replaces the entry that was unused for the longest time.
+/// Returns the entry of the address. If the table is full, the entry that has not been used for the
+/// longest time is replaced.
 AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, Instant now) {
   auto at = std::ranges::find(addresses_, address, &Address::address);
   if (at == addresses_.end()) {

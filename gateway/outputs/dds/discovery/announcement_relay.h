@@ -73,7 +73,8 @@ class AnnouncementRelay {
   struct Known {
     Announcement announcement;
     Instant heard{};
-    /// Times that the announcement was sent since it changed; counted up to kFirstRounds.
+    /// How often the announcement was sent to all others since it changed; counted up to
+    /// kFirstRounds.
     int rounds = 0;
     Instant last_round{};
     Purse purse;
@@ -87,7 +88,8 @@ class AnnouncementRelay {
 
   void ForgetSilent(Instant now);
   Known* Find(const GuidPrefix& participant);
-  /// Adds a participant. Returns why it is refused; empty: it was added.
+  /// Adds a participant. Returns the reason if the participant is refused; empty: the participant
+  /// was added.
   std::string Admit(Announcement announcement, UdpAddress sender, Instant now);
   bool IsDue(const Known& one, Instant now) const;
   void IntroduceOthersTo(const Known& newcomer, Instant now);
@@ -102,7 +104,8 @@ class AnnouncementRelay {
   Purse sent_;
 };
 
-// The discovery server's UDP socket, between the network and AnnouncementRelay.
+// The discovery server's UDP socket: passes received datagrams to AnnouncementRelay and sends the
+// datagrams that it returns.
 class RelaySocket {
  public:
   /// `at` is an IPv4 address. The error contains the address and the reason.
@@ -112,7 +115,8 @@ class RelaySocket {
   RelaySocket& operator=(RelaySocket&&) = delete;
 
   int descriptor() const { return descriptor_; }
-  /// Reads at most 256 datagrams. Refused datagrams are logged, folded into one line.
+  /// Reads at most 256 datagrams. Refused datagrams are logged; repeated log lines are folded into
+  /// one.
   void Take(AnnouncementRelay& relay);
 
  private:

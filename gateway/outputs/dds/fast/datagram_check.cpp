@@ -18,7 +18,8 @@ constexpr std::size_t kMac = 16;
 constexpr std::size_t kReceiverMac = 20;  // bytes: key id (4), MAC (16)
 constexpr std::uint32_t kMostReceivers = 256;
 
-// Bytes of the head of a handshake message: two identities (24 each), three GUIDs (16 each).
+// Size in bytes of the head of a handshake message: two identities (24 each), three GUIDs (16
+// each).
 constexpr std::size_t kMessageIds = 2 * 24 + 3 * 16;
 
 constexpr std::size_t kHandshakeSources = 64;
@@ -27,7 +28,8 @@ constexpr Duration kInterval = Duration(1s) / 128;
 constexpr std::size_t kBurstOfAddress = kBurst / 2;
 constexpr Duration kIntervalOfAddress = kInterval * 2;
 
-/// Reads CDR data step by step. fits() is false if a field ends behind the payload.
+/// Reads serialized (CDR) data step by step. fits() returns false if a field ends behind the
+/// payload.
 class SecuredWalk {
  public:
   SecuredWalk(const RtpsFields& fields, std::size_t at) : fields_(fields), at_(at) {}
@@ -64,7 +66,8 @@ bool HasRoom(Instant& full_at, Duration interval, std::size_t burst, Instant now
   return after - now <= interval * static_cast<std::int64_t>(burst);
 }
 
-/// True if the lengths in `body` fit. `id`: a DDS Security submessage (kFirstSecured or above).
+/// True if the lengths in `body` fit. `id`: id of a DDS Security submessage (kFirstSecured or
+/// above).
 bool SecuredFits(std::uint8_t id, const RtpsFields& body) {
   // The fields are big-endian, regardless of the endianness flag.
   switch (id) {
@@ -159,7 +162,8 @@ bool HandshakeBudget::Take(std::uint32_t address, Instant now) {
 
 namespace {
 
-// The longest announcement of an endpoint in bytes, without its type; Fast DDS needs about 500.
+// The longest announcement of a reader or writer in bytes, without the description of its type;
+// Fast DDS needs about 500.
 constexpr std::size_t kMostOfEndpoint = 8192;
 constexpr std::size_t kMostNumbersInSet = 256;   // RTPS 2.3, 8.3.5.5
 constexpr std::uint8_t kMaker[] = {0x01, 0x0F};  // vendor id of eProsima, who make Fast DDS
@@ -172,7 +176,8 @@ bool IsDiscovery(std::uint32_t entity) {
          entity == kSubscriptionsWriter || entity == kSubscriptionsReader;
 }
 
-/// Bytes of the set of sequence numbers at `at`: base (8), count (4), bits. 0: it is invalid.
+/// Returns the size in bytes of the set of sequence numbers at `at`: base (8), count (4), one bit
+/// per number. 0: the set is invalid.
 std::size_t SetSize(const RtpsFields& body, std::size_t at) {
   const auto base = body.SequenceNumber(at);
   const auto count = body.U32(at + 8);
@@ -301,10 +306,12 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
     case kGap:
       return CheckGap(submessage, walk);
     case kAckNack: {
-      // Example: 06 01 … 01 00 00 00 FF FF FF FF claims 4294967295 numbers (8.3.7.1.3).
+      // Example of a refused set: 06 01 … 01 00 00 00 FF FF FF FF claims 4294967295 numbers
+      // (8.3.7.1.3).
       const std::size_t set = SetSize(body, 8);
       if (set == 0) return Refusal::numbers;
-      // An ACKNACK from base 2 on acknowledges number 1, our first announcement of a writer.
+      // An ACKNACK whose base is 2 or more acknowledges number 1, our first announcement of a
+      // writer.
       if (*body.Entity(4) == kPublicationsWriter && *body.SequenceNumber(8) > 1) {
         participants_.Confirmed(walk.source);
       }
@@ -340,7 +347,8 @@ Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
   const bool key = (submessage.flags & kKey) != 0;
   if (payload && key) return Refusal::data;
   std::size_t at = 4 + std::size_t{*to_qos};
-  // Example: in 15 05 … FF FF, the QoS begins 65535 bytes later. Below 16, it overlaps the number.
+  // Example of a refused submessage: in 15 05 … FF FF, the inline QoS begins 65535 bytes later. At
+  // a distance below 16 it would overlap the sequence number.
   if (*to_qos < 16 || at > body.size()) return Refusal::data;
   Parameters qos;
   if ((submessage.flags & kInlineQos) != 0) {
@@ -349,7 +357,8 @@ Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
     if (reason != Refusal::none) return reason;
     at += qos.size;
   }
-  // 15 07 … has nothing after the inline QoS: the library would compute a negative size.
+  // Example of a refused submessage: 15 07 … has nothing after the inline QoS, so the library would
+  // compute a negative payload size.
   if ((payload || key) && body.size() - at < kEncapsulation) return Refusal::data;
   if (!Advance(walk, *writer, *number, 0)) return Refusal::window;
   if (payload || key) return CheckPayload(submessage, at, *reader, *writer, qos.status, walk);
@@ -375,7 +384,8 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
   if (security_ != Secured::off && (writer == kHandshakeWriter || reader == kHandshakeReader)) {
     return CheckHandshake(payload, kind, walk);
   }
-  // The reader too, because the library dispatches by the reader and not by the writer.
+  // The reader is checked as well, because the library dispatches by the reader and not by the
+  // writer.
   if (!IsDiscovery(writer) && !IsDiscovery(reader)) return Refusal::none;
   const bool key = (submessage.flags & kKey) != 0;
   if (kind != kParametersBig && kind != kParametersLittle) return Refusal::parameters;
@@ -396,7 +406,8 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
   return Admit(announced, list_at, little, gone, walk);
 }
 
-/// Adds the parameters that the library must not see to `verdict.hidden`. False: too many.
+/// Adds the parameters that the library must not see to `verdict.hidden`. False: there are too
+/// many.
 bool DatagramCheck::Hide(const Parameters& announced, std::size_t list_at, Verdict& verdict) const {
   const auto hide = [&](std::span<const std::size_t> places) {
     if (places.size() > verdict.hidden.size() - verdict.hidden_count) return false;
@@ -468,15 +479,18 @@ std::uint32_t DatagramCheck::AddressOf(const Parameters& announced, Sender sende
                                                       : sender.address;
 }
 
-// Bytes of a HEARTBEAT: reader (4), writer (4), first number (8), last number (8), count (4).
+// Layout of a HEARTBEAT in bytes: reader (4), writer (4), first number (8), last number (8), count
+// (4).
 Refusal DatagramCheck::CheckHeartbeat(const Submessage& submessage, Walk& walk) {
   const RtpsFields& body = submessage.body;
   const auto first = body.SequenceNumber(8);
   const auto last = body.SequenceNumber(16);
   if (body.size() < 28) return Refusal::length;
-  // Example: a `last` of -2^63. The value first - 1 is allowed: "no samples" (8.3.7.5.3).
+  // Example of a refused submessage: in 07 01 … 00 00 00 80 00 00 00 00, `last` is -2^63. The value
+  // last == first - 1 is allowed: it means "no samples" (8.3.7.5.3).
   if (*first < 1 || *last < *first - 1) return Refusal::numbers;
-  // Example: the number 2^40, to which the library would count for hours.
+  // Example of a refused submessage: in 07 01 … 00 01 00 00 00 00 00 00, the number is 2^40, and
+  // the library would count to it for hours.
   return Advance(walk, *body.Entity(4), *last, 0) ? Refusal::none : Refusal::window;
 }
 

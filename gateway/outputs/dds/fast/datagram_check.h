@@ -43,7 +43,8 @@ enum class Secured : std::uint8_t {
 /// Checks the order of the submessages of one datagram.
 class SecuredOrder {
  public:
-  /// `first`: it is the first of the datagram. False if `id` is not allowed at this position.
+  /// Takes the next submessage; `first`: it is the first of the datagram. False if `id` is not
+  /// allowed at this position.
   bool Next(std::uint8_t id, bool first);
   /// True if every prefix was followed by its postfix.
   bool complete() const { return !message_ && step_ == Step::outside; }
@@ -152,15 +153,18 @@ class DatagramCheck {
   HandshakeBudget handshakes_;
 };
 
-// DatagramGate shares a DatagramCheck between the library's threads, and counts and logs.
+// DatagramGate makes a DatagramCheck usable by the receiving threads of the DDS library, counts
+// datagrams and logs refusals.
 class DatagramGate {
  public:
-  /// Takes a log line (reason, address, number of earlier refusals), at most one in 10 s.
+  /// Takes a log line about refused datagrams, at most one in 10 s: reason, sender's address,
+  /// number of earlier refusals.
   using Tell = std::function<void(const std::string& line)>;
 
   DatagramGate(const CheckOptions& options, Tell tell);
 
-  /// Returns the bytes to pass on, perhaps changed in place; empty: refused. For any thread.
+  /// Returns the bytes to pass to the library (part of `datagram`, some bytes may be changed in
+  /// place); empty: the datagram is refused. Any thread may call it.
   std::span<std::uint8_t> LetIn(std::span<std::uint8_t> datagram, Sender sender, Instant now);
 
   DatagramCounters counters() const;

@@ -1,5 +1,6 @@
-// `DiscoveryListener` is informed by Fast DDS about readers and writers of other participants.
-// VolatileWriters and UnmetReaders store them.
+// `DiscoveryListener` is informed by Fast DDS about the readers and writers of other participants.
+// VolatileWriters stores which writers are volatile; UnmetReaders stores which readers request a
+// QoS that the gateway does not offer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,9 +19,10 @@
 
 namespace baudgate::dds {
 
-// VolatileWriters stores which writers of one topic store no samples for later readers. Only their
-// write requests are carried out: a storing writer must not send old samples to a new volatile
-// reader, but Cyclone DDS 0.10 does, because Fast DDS 2.9 asks for all numbers of a heartbeat.
+// VolatileWriters stores which writers of one topic are volatile, i.e. store no samples for later
+// readers. Only write requests of volatile writers are carried out: a storing writer must not send
+// old samples to a new volatile reader, but Cyclone DDS 0.10 does, because Fast DDS 2.9 asks for
+// all numbers that a heartbeat contains.
 class VolatileWriters {
  public:
   explicit VolatileWriters(std::string topic) : topic_(std::move(topic)) {}
@@ -39,12 +41,14 @@ class VolatileWriters {
 };
 
 // UnmetReaders stores the readers whose QoS requests more than the gateway's writers offer: DDS
-// sends them nothing and reports nothing (docs/dds.md, "What a reader may ask for").
+// sends them nothing and reports nothing. docs/dds.md, "What a reader may ask for", lists the
+// policies.
 class UnmetReaders {
  public:
   /// To be called when a reader was found, has changed or has left. Any thread may call it.
   void OnReader(const eprosima::fastrtps::rtps::ReaderDiscoveryInfo& info);
-  /// One sentence per reader; readers at one address with the same requests share a sentence.
+  /// Returns one sentence per reader. Readers at one address with the same requests share a
+  /// sentence.
   std::vector<std::string> Sentences() const;
 
  private:

@@ -8,8 +8,9 @@ namespace {
 
 constexpr std::size_t kSources = 64;
 
-/// True if a token bucket is not empty: `burst` tokens, one more every `interval`, full at
-/// `full_at`. The caller takes a token by adding `interval` to `full_at`.
+/// True if a token bucket is not empty. It holds `burst` tokens and gains one every `interval`;
+/// `full_at` is the time when it is full. The caller takes a token by adding `interval` to
+/// `full_at`.
 bool MayTake(Instant full_at, Duration interval, std::size_t burst, Instant now) {
   const Instant after = std::max(full_at, now) + interval;
   return after - now <= interval * static_cast<std::int64_t>(burst);
@@ -24,7 +25,8 @@ ParticipantTable::ParticipantTable(const ParticipantLimits& limits) : limits_(li
 
 void ParticipantTable::Heard(const GuidPrefix& prefix, Instant now) {
   Participant* const known = Find(prefix);
-  // The library has dropped a participant whose lease has ended: it must announce itself again.
+  // If the participant's lease has ended, its entry is not renewed: the library has dropped the
+  // participant, which must announce itself again.
   if (known != nullptr && known->Lives(now)) known->heard = now;
 }
 
@@ -109,7 +111,8 @@ void ParticipantTable::ForgetSilent(Instant now) {
   std::erase_if(participants_, [now](const Participant& p) { return !p.Lives(now); });
 }
 
-/// If the table is full, replaces the entry whose rate limit is full again first.
+/// Returns the entry of an address. If the table is full, it replaces the entry whose rate limit is
+/// full again first.
 ParticipantTable::Source& ParticipantTable::SourceOf(std::uint32_t address) {
   const auto at = std::ranges::find(sources_, address, &Source::address);
   if (at != sources_.end()) return *at;
@@ -166,7 +169,8 @@ EndpointTable::Owner* EndpointTable::Find(const GuidPrefix& prefix) {
 
 namespace {
 
-// 512 sets of four writers. A new writer replaces the one of its set that was silent longest.
+// The table consists of 512 sets of four writers. A new writer replaces the writer of its set that
+// was silent longest.
 constexpr std::size_t kSets = 512;
 constexpr std::size_t kWays = 4;
 
@@ -176,7 +180,8 @@ std::size_t SetOf(const Guid& guid) {
   return (hash ^ (hash >> 16)) % kSets;
 }
 
-/// The entity's kind, in the last byte, is 0xC… for discovery writers (RTPS 2.3, 9.3.1.2).
+/// True if the kind of the entity, in the last byte, is 0xC…, as for discovery writers (RTPS 2.3,
+/// 9.3.1.2).
 bool IsBuiltIn(const Guid& guid) { return (guid.back() & 0xC0) == 0xC0; }
 
 }  // namespace
@@ -197,7 +202,8 @@ bool SequenceWindow::Advance(const Guid& guid, std::int64_t to, std::int64_t ski
   return true;
 }
 
-/// Returns the writer's entry, else the least recently used entry of its set, to be replaced.
+/// Returns the writer's entry; if there is none, the entry of the same set that was used longest
+/// ago, which the writer may replace.
 SequenceWindow::Writer& SequenceWindow::Find(const Guid& guid) {
   const auto set = writers_.begin() + static_cast<std::ptrdiff_t>(SetOf(guid) * kWays);
   const auto end = set + static_cast<std::ptrdiff_t>(kWays);

@@ -1,5 +1,6 @@
 // `ParticipantTable` decides which announced participants the DDS library may store. EndpointTable
-// limits readers and writers, SequenceWindow jumps in sequence numbers. No I/O, bounded memory.
+// limits a participant's readers and writers, and SequenceWindow limits jumps in a writer's
+// sequence numbers. No I/O, bounded memory; gateway/outputs/dds/fast/datagram_check.h calls them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +16,8 @@ namespace baudgate::dds {
 
 struct ParticipantLimits {
   std::size_t participants = 256;
-  /// RTPS has ports for 120 participants on one machine (RTPS 2.3, 9.6.1.1).
+  /// The most participants at one IPv4 address: RTPS has ports for 120 participants on one machine
+  /// (RTPS 2.3, 9.6.1.1).
   std::size_t of_address = 128;
   /// A participant that is silent for this time is removed, even if its lease is longer.
   Duration longest_lease = 60s;
@@ -29,7 +31,8 @@ class ParticipantTable {
   explicit ParticipantTable(const ParticipantLimits& limits);
 
   void Heard(const GuidPrefix& prefix, Instant now);
-  /// Returns why the announced participant is refused, or `none`.
+  /// To be called when the participant or a discovery server announces it. Returns why the
+  /// participant is refused, or `none`.
   Refusal Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease, Instant now);
   /// Describes a known participant. `at`: its address for announcements. `own`: the announcement
   /// came from the participant itself, not from a server. `subscribes`: it may be a subscriber.
@@ -42,7 +45,8 @@ class ParticipantTable {
   std::size_t size() const { return participants_.size(); }
   /// Returns the addresses of subscribers that have acknowledged our announcements.
   std::vector<UdpAddress> Reached(Instant now) const;
-  /// Subscribers that were announced at least kUnanswered ago and have acknowledged nothing.
+  /// Returns the addresses of subscribers that were announced at least kUnanswered ago and have
+  /// acknowledged nothing.
   std::vector<UdpAddress> Unanswered(Instant now) const;
   static constexpr Duration kUnanswered = 5s;
   const ParticipantLimits& limits() const { return limits_; }
@@ -61,7 +65,8 @@ class ParticipantTable {
 
     bool Lives(Instant now) const { return now - heard <= lease; }
   };
-  /// The rate limit of one address: at `full_at` a whole burst is allowed again.
+  /// The rate limit of new participants at one address: at `full_at` a whole burst is allowed
+  /// again.
   struct Source {
     std::uint32_t address = 0;
     Instant full_at{};
@@ -78,11 +83,13 @@ class ParticipantTable {
   Instant full_at_{};
 };
 
-// Endpoint limits, because the DDS library stores every endpoint, whatever its topic.
+// Limits of other participants' readers and writers, because the DDS library stores every endpoint,
+// whatever its topic.
 struct EndpointLimits {
   std::size_t of_participant = 512;
   std::size_t all = 8192;
-  /// Shortest average time between new endpoints; a burst of `of_participant` is allowed.
+  /// The shortest time between new endpoints of a participant on average. A burst of
+  /// `of_participant` is allowed.
   Duration new_interval = 10ms;
 };
 
@@ -90,8 +97,9 @@ class EndpointTable {
  public:
   explicit EndpointTable(const EndpointLimits& limits) : limits_(limits) {}
 
-  /// False: a limit is reached, or endpoints come too fast. An endpoint of an unknown participant
-  /// is not added (result true), because the library does not store it.
+  /// Adds an endpoint. False: a limit is reached, or endpoints are added too fast. An endpoint of a
+  /// participant that is not in `participants` is not added, and the result is true, because the
+  /// library does not store it.
   bool Announce(const Guid& endpoint, ParticipantTable& participants, Instant now);
   void Left(const Guid& endpoint);
   void ParticipantLeft(const GuidPrefix& prefix);
@@ -113,8 +121,9 @@ class EndpointTable {
 
 // Limits of jumps in sequence numbers, because the DDS library counts skipped numbers one by one.
 struct WindowLimits {
-  /// Numbers that all discovery writers together may skip at once, and per second after that. For
-  /// comparison: a Cyclone DDS liveliness writer reaches a million in years.
+  /// How many numbers all discovery writers together are allowed to skip at once, and per second
+  /// after that. For comparison: the liveliness writer of a Cyclone DDS participant reaches about a
+  /// million in years.
   std::int64_t burst = 1 << 24;
   std::int64_t each_second = 1 << 22;
   /// The highest first number of a writer of samples.

@@ -30,9 +30,10 @@ using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr std::size_t kSpareInstances = 16;
 
-// The most instances of one writer. Fast DDS 2.9 searches a writer's whole history, under its lock,
-// with every sample and heartbeat: one writer of 100,000 points needs 350 us for a sample, and
-// minutes for its deletion.
+// The most instances of one writer. Fast DDS 2.9 searches a writer's whole history for the sample
+// that a new sample replaces, and walks through the history with every heartbeat, under its lock:
+// one writer of 100,000 points needs 350 us for a sample, and minutes for its deletion. Several
+// writers of this size together are as fast as one.
 constexpr std::size_t kInstancesPerWriter = 4096;
 
 // Events that are stored for late subscribers, of all devices together: about 60 MB.
@@ -48,7 +49,8 @@ std::size_t WritersFor(std::size_t instances) {
   return std::max<std::size_t>(1, (instances + kInstancesPerWriter - 1) / kInstancesPerWriter);
 }
 
-/// More than an equal share, because a hash distributes the names unevenly.
+/// Returns the instances that one writer must be able to store. It is more than an equal share,
+/// because a hash distributes the names unevenly.
 std::size_t InstancesEach(std::size_t instances) {
   const std::size_t writers = WritersFor(instances);
   const std::size_t part = (instances + writers - 1) / writers;
@@ -98,7 +100,8 @@ class MatchCounter : public fast::DataWriterListener {
     current_ = static_cast<std::uint32_t>(std::max(0, status.current_count));
   }
   std::uint32_t current() const { return current_; }
-  /// When the writer is deleted, the library does not report its readers as unmatched.
+  /// To be called when the writer is deleted, because the library does not report its readers as
+  /// unmatched then.
   void Clear() { current_ = 0; }
 
  private:
@@ -148,7 +151,8 @@ class TopicWriters {
     return true;
   }
 
-  /// Makes the writers' deletion fast: else each sample is returned under a contended lock.
+  /// Clears the writers' histories, so that their deletion is fast: otherwise the library returns
+  /// each sample separately under a contended lock.
   void Clear() {
     for (fast::DataWriter* writer : writers_) {
       std::size_t removed = 0;

@@ -12,8 +12,9 @@
 
 namespace baudgate::dds {
 
-/// Owns its participant and writers. `requests_for`: the gateway whose write requests are received;
-/// empty: none. The error contains what to change in `dds:`.
+/// Creates a SampleWriter that uses Fast DDS. It owns its participant and the writers of all
+/// topics. `requests_for`: name of the gateway whose write requests are received; empty: no write
+/// requests are received. The error contains what to change in `dds:`.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
                                                        const Room& room,
                                                        const std::string& requests_for = {});

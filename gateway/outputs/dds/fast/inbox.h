@@ -88,9 +88,11 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
     wake_();
   }
 
-  /// Passes all samples to the callbacks, on one thread. Returns the time that the library needed.
+  /// Takes all samples from the reader and passes them to the callbacks. Returns the time that the
+  /// library needed. Only one thread may call it.
   Duration TakeAll() {
-    // Before the samples: a writer's last samples precede the report that it has left.
+    // `matches_` is read before the samples, because the last samples of a writer must be delivered
+    // before the report that it has left.
     std::vector<Match> matches;
     {
       const MutexLock lock(mutex_);
@@ -107,7 +109,8 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
     return busy;
   }
 
-  /// Calls that returned samples, and samples that could not be decoded. Any thread may call them.
+  /// takes() counts the calls of the library that returned samples; refused() counts samples that
+  /// could not be decoded. Any thread may call them.
   std::uint64_t takes() const { return takes_; }
   std::uint64_t refused() const { return refused_; }
 

@@ -91,7 +91,8 @@ int OptionOf(int descriptor, int name) {
   return ::getsockopt(descriptor, SOL_SOCKET, name, &value, &size) == 0 ? value : 0;
 }
 
-/// Halved, because the kernel returns twice the requested size in bytes.
+/// Returns the buffer size of the socket in bytes. The value is halved, because the kernel returns
+/// twice the requested size.
 int BufferOf(const Socket& socket, int name) { return OptionOf(socket.descriptor, name) / 2; }
 
 std::vector<Socket> UdpSockets() {
@@ -113,7 +114,8 @@ in_addr AddressOf(const std::string& text) {
   return address;
 }
 
-/// The kernel returns the filter of a membership only to a member.
+/// True if the socket is a member of the multicast group on this interface: the kernel returns the
+/// filter of a membership only to a member.
 bool HasJoined(const Socket& socket, const std::string& interface) {
   ip_msfilter filter{};
   filter.imsf_multiaddr = AddressOf(kGroup);
@@ -192,7 +194,8 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
     const auto joined = [&](const Socket& socket) { return HasJoined(socket, interface); };
     if (std::ranges::none_of(hear, joined)) facts.unjoined.push_back(interface);
   }
-  // Some interfaces may lack multicast: failed joins are reported only if no interface has joined.
+  // If all interfaces are used, some perhaps do not support multicast: failed joins are reported
+  // only if no interface has joined.
   if (MeansAll(options.interfaces) && facts.unjoined.size() < used.size()) facts.unjoined.clear();
   return facts;
 }

@@ -14,14 +14,16 @@
 
 namespace baudgate::dds {
 
-/// The addresses of this machine, each with the index of its interface; nothing while it is down or
-/// unplugged (Fast DDS then does not use it). An interface that is created again gets a new index.
+/// The addresses of this machine. Key: the address, e.g. "10.0.0.5"; value: the index of its
+/// interface, or nothing while the interface is down or unplugged (Fast DDS then does not use the
+/// address). An interface that is deleted and created again gets a new index.
 using OwnAddresses = std::map<std::string, std::optional<unsigned>>;
 
 /// Returns an empty map if the system reports an error.
 OwnAddresses FindOwnAddresses();
 
-/// All of 127/8 belongs to this machine, although the interface lists only 127.0.0.1.
+/// True if the address belongs to this machine. All of 127/8 does, although the interface lists
+/// only 127.0.0.1.
 bool IsOwn(const OwnAddresses& own, const std::string& address);
 
 std::optional<std::string> WhyUnused(const OwnAddresses& own, const std::string& address);
@@ -48,7 +50,8 @@ class InterfaceWatch {
 
  private:
   bool Uses(const std::string& address) const;
-  /// Returns the reason if a configured address is gone, while another one remains.
+  /// Returns the reason if a configured address was up and is gone, while another configured
+  /// address remains.
   std::optional<std::string> Gone(const OwnAddresses& now) const;
 
   const std::vector<std::string> interfaces_;
@@ -69,7 +72,8 @@ constexpr std::uint16_t MulticastPort(int domain) {
   return static_cast<std::uint16_t>(7400 + 250 * domain);
 }
 
-/// Bytes requested per socket. A smaller buffer loses samples when a subscriber joins.
+/// The buffer size in bytes that is requested for each socket. A smaller buffer loses samples when
+/// a subscriber joins and gets the values of some thousand points at once.
 inline constexpr int kSocketBuffer = 4 << 20;
 
 struct SocketFacts {

@@ -35,8 +35,9 @@ using eprosima::fastrtps::rtps::IPLocator;
 using eprosima::fastrtps::rtps::Locator_t;
 
 constexpr char kMulticastGroup[] = "239.255.0.1";  // RTPS 2.3, 9.6.1.4
-/// Ports at each peer that get announcements. A participant takes the lowest free port, so further
-/// participants on one machine are not found through `peers`.
+/// The number of ports at each peer to which announcements are sent. A participant takes the lowest
+/// free port of its machine, so participants beyond this number on one machine are not found
+/// through `peers`.
 constexpr std::uint32_t kParticipantsOfPeer = 32;
 
 /// Returns the locator of a UDP port. Port 0 stands for the ports of the domain.
@@ -46,7 +47,8 @@ Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
   return locator;
 }
 
-/// The library does not add the multicast group if its list contains addresses.
+/// Restricts the participant to unicast: if this list contains addresses, the library does not add
+/// the multicast group.
 void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& builtin) {
   for (const std::string& address : options.interfaces) {
     builtin.metatrafficUnicastLocatorList.push_back(LocatorOf(address));
@@ -56,6 +58,7 @@ void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& built
   }
 }
 
+/// Sets the hosts to which announcements are sent besides the multicast group, or instead of it.
 /// Fast DDS treats a discovery server as a peer with a port.
 void AskPeers(const ParticipantOptions& options,
               eprosima::fastdds::dds::DomainParticipantQos& qos) {
@@ -63,7 +66,8 @@ void AskPeers(const ParticipantOptions& options,
   if (!options.multicast) HearUnicastOnly(options, builtin);
   if (options.peers.empty() && options.discovery_servers.empty() && options.reached.empty()) return;
   auto& asked = builtin.initialPeersList;
-  // Configured peers replace the library's default, the multicast group.
+  // Configured peers replace the library's default, the multicast group, so the group must be
+  // added.
   if (options.multicast) asked.push_back(LocatorOf(kMulticastGroup));
   for (const std::string& peer : options.peers) asked.push_back(LocatorOf(peer));
   for (const auto* places : {&options.discovery_servers, &options.reached}) {
@@ -71,7 +75,8 @@ void AskPeers(const ParticipantOptions& options,
   }
 }
 
-/// Returns how datagrams must be secured. The error contains the faulty file.
+/// Adds the properties of DDS Security for the library, and returns how datagrams must be secured.
+/// The error contains the faulty file, with which the library could not create a participant.
 Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
                             eprosima::fastrtps::rtps::PropertyPolicy& properties) {
   if (!security.on()) return Secured::off;
@@ -98,7 +103,8 @@ Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
 
 constexpr char kLoopback[] = "127.0.0.1";
 
-/// Returns what `interfaces` lacks to reach a participant of this machine.
+/// Returns the addresses that `interfaces` lacks to reach a participant of this machine: loopback
+/// and `host`.
 std::string Missing(const std::string& host, const std::vector<std::string>& interfaces) {
   const auto lacks = [&](const std::string& address) {
     return !MeansAll(interfaces) && std::ranges::find(interfaces, address) == interfaces.end();
@@ -157,8 +163,9 @@ struct CheckedTransportDescriptor : rtps::ChainingTransportDescriptor {
   std::shared_ptr<DatagramGate> gate;
 };
 
-/// A transport of Fast DDS that passes on only datagrams that the gate accepts, sends one at a
-/// time, and chooses the address at which a participant of this machine is reached.
+/// A transport of Fast DDS that passes received datagrams to the library only if the gate accepts
+/// them. Datagrams are sent unchanged, one at a time. The transport also chooses the address at
+/// which a participant of this machine is reached.
 class CheckedTransport : public rtps::ChainingTransport {
  public:
   explicit CheckedTransport(const CheckedTransportDescriptor& descriptor)
@@ -169,14 +176,16 @@ class CheckedTransport : public rtps::ChainingTransport {
   bool send(SenderResource* below, const octet* bytes, std::uint32_t size, LocatorsIterator* to,
             LocatorsIterator* to_end,
             const std::chrono::steady_clock::time_point& timeout) override {
-    // The transport below fails an assertion if two threads send at the same time.
+    // The transport below counts datagrams by address, and fails an assertion if two threads send
+    // at the same time.
     const std::lock_guard lock(sending_);
     return below->send(bytes, size, to, to_end, timeout);
   }
 
   void receive(rtps::TransportReceiverInterface* next, const octet* bytes, std::uint32_t size,
                const Locator_t& local, const Locator_t& remote) override {
-    // Safe: the buffer belongs to the receiving thread, and the library writes into it as well.
+    // Casting const away is safe: the buffer belongs to the receiving thread, and the library
+    // writes into it as well.
     const std::span datagram(const_cast<octet*>(bytes), size);
     const auto passed =
         descriptor_.gate->LetIn(datagram, SenderOf(remote), std::chrono::steady_clock::now());
@@ -184,8 +193,9 @@ class CheckedTransport : public rtps::ChainingTransport {
     next->OnDataReceived(passed.data(), static_cast<std::uint32_t>(passed.size()), local, remote);
   }
 
-  /// Sets `reached`. False: not reachable. Fast DDS 2.9 would replace each address of this machine
-  /// that it does not use by loopback, even if nobody listens there.
+  /// Sets `reached` to the address at which the participant `announced` is reached. False: it is
+  /// not reachable. Fast DDS 2.9 would replace every address of this machine that it does not use
+  /// by loopback, even if nobody listens there.
   bool transform_remote_locator(const Locator_t& announced, Locator_t& reached) const override {
     if (!IsLocatorSupported(announced)) return false;
     reached = announced;
@@ -209,8 +219,9 @@ constexpr Duration kAnnouncements = 1300ms;
 // The limit of readers, and of writers, of each participant.
 constexpr std::size_t kEndpointsEach = 32;
 
-// Prints the library's messages to standard error: standard output contains our JSON lines.
-// Repeated messages are folded, because a hostile packet can cause endless ones.
+// Prints the library's messages to standard error, because its default, standard output, contains
+// our JSON lines. Repeated messages are folded, because a hostile packet can cause endless
+// messages.
 class FoldedLog : public fast::LogConsumer {
  public:
   void Consume(const fast::Log::Entry& entry) override {
@@ -232,7 +243,8 @@ class FoldedLog : public fast::LogConsumer {
 void PrepareProcessOnce() {
   static std::once_flag once;
   std::call_once(once, [] {
-    // Else the library would apply a DEFAULT_FASTRTPS_PROFILES.xml in the working directory.
+    // Without this variable, the library would silently apply a DEFAULT_FASTRTPS_PROFILES.xml in
+    // the working directory.
     ::setenv("SKIP_DEFAULT_XML_FILE", "1", 1);
     // These variables would override the configuration.
     ::unsetenv("FASTRTPS_DEFAULT_PROFILES_FILE");
@@ -300,7 +312,8 @@ Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos
   if (!options.peers.empty()) udp->maxInitialPeersRange = kParticipantsOfPeer;
   transport.user_transports.push_back(
       std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options, *security)));
-  // The library's own limits, if the check accepts too many; they include our participant.
+  // The library's own limits apply if the check accepts too many participants. They include our
+  // participant.
   auto& places = qos.allocation();
   places.participants.maximum = options.participants + 1;
   places.readers.maximum = places.writers.maximum = kEndpointsEach;

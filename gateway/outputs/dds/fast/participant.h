@@ -20,14 +20,16 @@ class DomainParticipantListener;
 
 namespace baudgate::dds {
 
-/// Returns a sentence about a participant at `host` that announces itself and acknowledges nothing.
-/// `interfaces`: addresses of our participant. Background: another Fast DDS on this machine sends
-/// to loopback if it uses loopback, and never to an address that it does not use itself.
+/// Returns a sentence about a participant that announces itself and acknowledges nothing. `host`:
+/// its address. `on_this_machine`: `host` is an address of this machine. `interfaces`: addresses
+/// that our participant uses. Background: another Fast DDS on this machine sends to loopback if it
+/// uses loopback, and never to an address of the machine that it does not use itself.
 std::string UnansweredRemark(const std::string& host, bool on_this_machine,
                              const std::vector<std::string>& interfaces);
 
-/// XML profiles are never read. `listener` must outlive the participant; `role` is sent to
-/// discovery servers. The error contains the setting to change.
+/// Creates a participant; XML profiles are never read. `listener` is informed about everything that
+/// is discovered, and must outlive the participant. `role` is sent to discovery servers. The error
+/// contains the setting to change.
 Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
     const ParticipantOptions& options,
     eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr, Role role = Role::any);
@@ -38,8 +40,9 @@ bool MeansAll(const std::vector<std::string>& interfaces);
 /// Returns the counts of received UDP datagrams. Any thread may call it.
 DatagramCounters DatagramsOf(const eprosima::fastdds::dds::DomainParticipant& participant);
 
-/// Remarks: a sentence for each gone address of dds.interfaces and each subscriber that does not
-/// acknowledge (not with DDS Security, because strangers get no answer).
+/// Returns the matched subscribers, and remarks: a sentence for each address of dds.interfaces that
+/// is gone and for each subscriber that does not acknowledge. With DDS Security, the latter are
+/// left out, because strangers get no answer.
 Neighbours NeighboursOf(const eprosima::fastdds::dds::DomainParticipant& participant,
                         const ParticipantOptions& options);
 

@@ -95,7 +95,8 @@ struct DdsSubscriber::Impl {
             OpenReader(NewAlarmType(), kAlarmTopic, kAlarmsOfAllGateways, &alarms));
   }
 
-  /// Gateways first, because the `seq` of other samples counts from their gateway's start.
+  /// Takes all samples; those of gateways first, because the `seq` of other samples counts from the
+  /// start of their gateway.
   Duration TakeAll() {
     Duration busy = gateways.TakeAll();
     busy += points.TakeAll();

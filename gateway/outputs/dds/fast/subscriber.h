@@ -1,4 +1,5 @@
-// `DdsSubscriber` passes everything that the gateways of a DDS domain publish to callbacks.
+// `DdsSubscriber` subscribes to everything that the gateways of a DDS domain publish, and passes
+// the samples to callbacks. `baudgate watch` and tests use it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,10 +15,12 @@
 
 namespace baudgate::dds {
 
-// The thread on which a subscriber takes its samples. It rests after each take, because Fast DDS
-// 2.9 walks through all instances with every take.
+// TakingThread is the thread on which a subscriber takes its samples. The thread rests after each
+// take, because Fast DDS 2.9 walks through all instances with every take: without rests, the thread
+// could not keep up.
 
-/// Nine times the duration of the take, at most 50 ms: a few points are taken at once.
+/// Returns the rest after a take: nine times the duration of the take, at most 50 ms. So a few
+/// points are taken at once, and thousands of points in batches.
 Duration RestAfter(Duration round);
 
 class TakingThread {
@@ -51,10 +54,12 @@ struct SubscriberOptions {
   std::size_t max_instances = 100'000;
 };
 
-/// Called one at a time, on a thread of the subscriber. Arguments are valid during the call.
+/// The callbacks are called one at a time, on a thread of the subscriber. Their arguments are valid
+/// during the call.
 struct SubscriberCallbacks {
   std::function<void(const PointSample&, const Origin&)> on_point;
-  /// Of the sample, only the key is valid; its other fields are those of the last sample.
+  /// Called when a point is gone. Of the sample, only the key is valid; its other fields are those
+  /// of the last sample.
   std::function<void(const PointSample&, Gone)> on_point_gone;
   std::function<void(const DeviceSample&, const Origin&)> on_device;
   std::function<void(const DeviceSample&, Gone)> on_device_gone;
@@ -64,7 +69,8 @@ struct SubscriberCallbacks {
   std::function<void(int gateways)> on_gateways;
   /// Called when a publisher of points has left, or was silent for its lease.
   std::function<void(const PublisherId&)> on_publisher_left;
-  /// Called with the number of samples lost so far because max_instances is too small.
+  /// Called with the number of samples of points that were lost so far because max_instances is too
+  /// small.
   std::function<void(std::uint64_t samples)> on_rejected;
   /// Called with the newest events of each device, at most 1000, then with each new event. An event
   /// can come twice, with the same `seq`. Null: events are not subscribed to.

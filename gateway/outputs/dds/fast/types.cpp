@@ -16,7 +16,8 @@
 namespace baudgate::dds {
 namespace {
 
-/// Bytes of the longest key: each text has its longest length, a length field and padding.
+/// Returns the size in bytes of the longest possible key: each text has its longest length, a
+/// length field and padding.
 template <typename Sample>
 constexpr std::size_t LongestKey() {
   std::size_t bytes = 0;
@@ -108,7 +109,8 @@ Member MemberOf(const TypeField& field, MemberId id) {
   return member;
 }
 
-/// Generic readers look for the annotation "@key" and not for the flag IS_KEY.
+/// Returns the annotation "@key": generic readers look for this annotation and not for the flag
+/// IS_KEY.
 AppliedAnnotation KeyAnnotation() {
   AnnotationParameterValue yes;
   yes._d(TK_BOOLEAN);
@@ -154,7 +156,8 @@ TypeObject Complete(const TypeDescription& type) {
   return object;
 }
 
-/// The first 14 bytes of the MD5 of the serialized object (XTypes 1.2, 7.3.4.2).
+/// The identifier contains the first 14 bytes of the MD5 of the serialized object (XTypes 1.2,
+/// 7.3.4.2).
 TypeIdentifier IdentifierOf(const TypeObject& object, EquivalenceKind kind) {
   std::vector<char> bytes(TypeObject::getCdrSerializedSize(object) + 4);
   eprosima::fastcdr::FastBuffer buffer(bytes.data(), bytes.size());
@@ -170,9 +173,10 @@ TypeIdentifier IdentifierOf(const TypeObject& object, EquivalenceKind kind) {
   return identifier;
 }
 
-/// Generic tools on Fast DDS 2 decode samples by an XTypes TypeObject of version 1. To be called
-/// before the type is registered. TypeInformation must not be used: Fast DDS 2.9 writes it in a
-/// form for which Cyclone DDS drops the endpoint.
+/// Registers the type as an XTypes TypeObject of version 1, with which generic tools on Fast DDS 2
+/// can decode samples. To be called before the type is registered with a participant.
+/// TypeInformation must not be used: Fast DDS 2.9 writes it in a form for which Cyclone DDS drops
+/// the endpoint.
 void DescribeType(const TypeDescription& type) {
   const std::string name = "baudgate::v1::" + std::string(type.name);
   const TypeObject complete = Complete(type);
@@ -208,7 +212,8 @@ class SampleType : public TopicDataType {
   bool deserialize(SerializedPayload_t* payload, void* data) override {
     auto& sample = *static_cast<Sample*>(data);
     if (Decode({payload->data, payload->length}, sample)) return true;
-    // A take returns this sample although it could not be decoded (Fast DDS 2.9); Inbox drops it.
+    // A take of several samples returns this sample although it could not be decoded (Fast DDS
+    // 2.9). An empty `gateway` marks it, so that Inbox drops it.
     sample = Sample{};
     return false;
   }

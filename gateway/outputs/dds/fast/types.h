@@ -1,4 +1,5 @@
-// `NewPointType` and its siblings create the Fast DDS type supports. HashKey computes key hashes.
+// `NewPointType` and its siblings create the Fast DDS type supports, which convert between Fast DDS
+// payloads and the samples of gateway/outputs/dds/published_types.h. HashKey computes key hashes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,8 +33,10 @@ class TopicDataType;
 
 namespace baudgate::dds {
 
-/// Return the type supports of baudgate::v1, which a Fast DDS TypeSupport must own. Fast DDS passes
-/// a sample as a pointer to its struct (PointSample, DeviceSample …).
+/// Return the type supports of baudgate::v1::PointSample, DeviceStatus, GatewayStatus, DeviceEvent,
+/// AlarmState, WriteRequest and WriteReply. The caller passes the result to a Fast DDS TypeSupport,
+/// which owns it. Fast DDS passes a sample as a pointer to its struct (PointSample, DeviceSample
+/// …).
 eprosima::fastdds::dds::TopicDataType* NewPointType();
 eprosima::fastdds::dds::TopicDataType* NewDeviceType();
 eprosima::fastdds::dds::TopicDataType* NewGatewayType();

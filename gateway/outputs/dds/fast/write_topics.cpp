@@ -18,11 +18,14 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-// The most client names in requests; the library stores a name while a writer uses it.
+// The most client names in requests, to all gateways. The library stores a name while a writer with
+// this name exists.
 constexpr int kNamesOfRequests = 4096;
-// The most client names in replies, which the library stores until the writer is deleted.
+// The most client names in replies of this gateway. The library stores them until the writer is
+// deleted.
 constexpr int kNamesOfReplies = 1024;
-// Requests are taken at once, so several are stored only if one datagram contains several.
+// Samples that are stored for each name. Requests are taken at once, so several are stored only if
+// one datagram contains several.
 constexpr int kSamplesEach = 4;
 
 /// Returns a QoS with all limits set (see WriterQos in gateway/outputs/dds/fast/fast_writer.cpp).
@@ -57,7 +60,8 @@ bool WriteTopics::Open(fast::DomainParticipant& participant) {
          requests_ != nullptr && OpenWriter() && OpenReader();
 }
 
-/// Transient local: a client's reader of replies can be found later than its writer of requests.
+/// Creates the writer of replies. It is transient local, because a client's reader of replies can
+/// be discovered later than its writer of requests.
 bool WriteTopics::OpenWriter() {
   auto qos = Bounded<fast::DataWriterQos>(fast::TRANSIENT_LOCAL_DURABILITY_QOS, kNamesOfReplies);
   qos.reliable_writer_qos().times.heartbeatPeriod = DdsTime(100ms);
@@ -83,7 +87,8 @@ void WriteTopics::OnRequest(SampleWriter::TakeRequest take) {
   take_ = std::move(take);
 }
 
-/// If the writer has no space for a new client name, a new writer without replies replaces it.
+/// Writes a reply. If the writer has no space for a new client name, it is replaced by a new writer
+/// without stored replies.
 Sent WriteTopics::Write(const ReplySample& reply) {
   if (writer_ != nullptr && TryWrite(reply)) return Sent::yes;
   if (writer_ != nullptr) publisher_->delete_datawriter(writer_);
@@ -115,7 +120,8 @@ void WriteTopics::on_data_available(fast::DataReader* reader) {
     const Now now = ReadClocks();
     arrival.received = now.instant;
     arrival.published = WallTime(Duration(info.source_timestamp.to_ns()));
-    // Computed with the steady clock, so that setting the wall clock makes no difference.
+    // The time when the reader was opened is computed with the steady clock, so that setting the
+    // wall clock makes no difference.
     arrival.early = arrival.published < now.wall - (now.instant - opened_.load());
     const MutexLock lock(mutex_);
     if (take_) take_(arrival);

@@ -21,15 +21,18 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
   WriteTopics(std::string gateway, const VolatileWriters& writers)
       : gateway_(std::move(gateway)), writers_(writers) {}
 
-  /// Creates writer and reader. The participant must be deleted before this object.
+  /// Creates writer and reader. False: the library could not create them. The participant must be
+  /// deleted before this object.
   bool Open(eprosima::fastdds::dds::DomainParticipant& participant);
 
   void OnRequest(SampleWriter::TakeRequest take);
   Sent Write(const ReplySample& reply);
-  /// Requests that were dropped while the library had no space, and after that until Renew.
+  /// Returns the number of dropped requests: while the library had no space, and after that until
+  /// Renew.
   std::uint64_t dropped() const { return dropped_; }
-  /// Replaces the reader if the library had no space. A reader without space delivers requests
-  /// late, so all are dropped until there is a new reader. To be called regularly, by one thread.
+  /// Replaces the reader if the library had no space. A reader without space holds requests back
+  /// and delivers them later, so all requests are dropped until there is a new reader, which never
+  /// gets old requests. To be called regularly, by one thread.
   void Renew();
 
  private:

@@ -57,7 +57,8 @@ std::string EndOf(int status) {
   return "left with exit code " + std::to_string(WEXITSTATUS(status));
 }
 
-/// Between fork and exec, a process with threads can call almost nothing safely.
+/// The settings of posix_spawn. fork is not used, because between fork and exec a process with
+/// threads can call almost nothing safely.
 struct SpawnSettings {
   SpawnSettings() {
     posix_spawn_file_actions_init(&actions);
@@ -72,7 +73,8 @@ struct SpawnSettings {
 
   void UseDescriptors(int output, int link) {
     posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    // The pipe may have the number kLinkDescriptor, which the last dup2 overwrites.
+    // The output is duplicated first, because the pipe may have the number kLinkDescriptor, which
+    // the last dup2 overwrites.
     posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
     posix_spawn_file_actions_adddup2(&actions, link, kLinkDescriptor);

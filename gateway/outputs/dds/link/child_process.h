@@ -1,4 +1,5 @@
-// `ChildProcess` starts baudgate-dds and waits for its end; descriptor 3 is a socket of the link.
+// `ChildProcess` starts baudgate-dds as a child, passes it one socket of the link as descriptor 3,
+// and waits until it has ended. BoundedLines turns the child's output into log lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +16,8 @@
 
 namespace baudgate::dds {
 
-// Splits output into printable lines of limited length, at most kMost lines in kPeriod.
+// BoundedLines splits output into printable lines of limited length, at most kMost lines in
+// kPeriod.
 class BoundedLines {
  public:
   static constexpr std::size_t kLongest = 500;  ///< in bytes; the rest of a longer line is dropped
@@ -38,8 +40,9 @@ inline constexpr int kLinkDescriptor = 3;
 
 class ChildProcess {
  public:
-  /// The child inherits only the link and a pipe for its output, and has its own process group, so
-  /// Ctrl-C does not reach it. The kernel terminates it together with the calling thread.
+  /// Starts a child that inherits only the link and a pipe for its standard output and error. The
+  /// child has a process group of its own, so Ctrl-C does not reach it. The calling thread must
+  /// outlive the child, because the kernel terminates the child together with this thread.
   static Result<ChildProcess> Start(const std::string& program,
                                     const std::vector<std::string>& arguments,
                                     const Descriptor& link);
@@ -51,7 +54,8 @@ class ChildProcess {
   /// Returns the pipe of the child's standard output and error; non-blocking.
   int output() const { return output_.get(); }
   void CloseOutput() { output_.Close(); }
-  /// Kills the child after `most`. Returns how it ended, e.g. "was ended by signal 6".
+  /// Waits until the child has ended, and kills it after `most`. Returns how it ended, e.g. "was
+  /// ended by signal 6" or "left with exit code 1".
   std::string Reap(Duration most);
 
  private:
@@ -61,7 +65,8 @@ class ChildProcess {
   Descriptor output_;
 };
 
-/// Searches the folder of this process's binary, then that of installed programs.
+/// Returns the path of the program, from the folder of this process's binary or from the folder of
+/// installed programs. The error contains both folders.
 Result<std::string> FindProgram(const std::string& name);
 
 }  // namespace baudgate::dds

@@ -73,7 +73,8 @@ void PutTexts(Bytes& to, const std::vector<std::string>& texts, std::size_t most
   for (std::size_t i = 0; i < count; ++i) PutText(to, texts[i].substr(0, bound));
 }
 
-/// After a missing or bad field, all further fields are 0 or empty, and AllTaken is false.
+/// Reads fields from the front of a body. After a missing or bad field, all further fields are 0 or
+/// empty, and AllTaken is false.
 class Fields {
  public:
   explicit Fields(View rest) : rest_(rest) {}
@@ -144,14 +145,15 @@ auto FilesOf(Security& security) {
                     &security.permissions};
 }
 
-/// If security is off, writes only the number 0.
+/// Writes the number of files and their paths; if security is off, only the number 0.
 void PutSecurity(Bytes& to, const config::DdsSecurity& security) {
   to.push_back(security.on() ? kSecurityFiles : 0);
   if (!security.on()) return;
   for (const std::string* file : FilesOf(security)) PutText(to, file->substr(0, kMaxPath));
 }
 
-/// False if there are neither 0 nor kSecurityFiles files, or the path of the identity is empty.
+/// Reads the paths. False if the number of files is neither 0 nor kSecurityFiles, or the path of
+/// the identity is empty.
 bool TakeSecurity(Fields& fields, config::DdsSecurity& security) {
   const auto count = fields.Number<std::uint8_t>();
   if (count == 0) return true;

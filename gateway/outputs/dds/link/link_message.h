@@ -1,5 +1,6 @@
 // `EncodeSample`, `ParseLink` and others encode and decode the messages between the gateway and
-// baudgate-dds. Each packet of the SOCK_SEQPACKET socket is one message.
+// baudgate-dds. Each packet of the SOCK_SEQPACKET socket between them is one message.
+// process_link.h and link_server.h send and receive the messages.
 // SPDX-License-Identifier: Apache-2.0
 //
 //   02 07 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
@@ -59,7 +60,8 @@ struct LinkCounts {
   /// Samples of points, devices and the gateway that the library did not accept.
   std::uint64_t refused = 0;
   std::uint64_t dropped = 0;  ///< write requests that found the queue full
-  /// Events and alarms that were lost: refused by the library while the retry queue was full.
+  /// Events and alarms that were lost: the library did not accept them, and the retry queue was
+  /// full.
   std::uint64_t events_dropped = 0;
   DatagramCounters datagrams{};
   Neighbours neighbours{};
@@ -72,10 +74,12 @@ Bytes EncodeOpen(const LinkOpen& open);
 Bytes EncodeFailed(const std::string& sentence);  ///< `sentence` is cut after 1,000 bytes
 Bytes EncodeCounts(const LinkCounts& counts);
 Bytes EncodeBare(LinkKind kind);  ///< for `end`, `opened` and `left`, which have no body
-/// Does not allocate. Returns the packet's length; 0: a text is too long, or `to` too short.
+/// Writes a packet into `to`, without allocating. Returns its length; 0 if the sample is longer
+/// than its bounds or `to` is shorter than kMaxLinkMessage.
 template <typename Sample>
 std::size_t EncodeSample(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to);
-/// Empty if the request is too long. `received` is valid in both processes: one machine's clock.
+/// Returns an empty packet if the request is longer than its bounds. `received` can be sent
+/// unchanged, because both processes use the clock of this machine.
 Bytes EncodeRequest(const WriteArrival& arrival);
 
 struct LinkMessage {
@@ -83,7 +87,8 @@ struct LinkMessage {
   View body;  ///< part of the packet
 };
 
-/// Checks the header of a packet. The error completes the sentence "the daemon sent …".
+/// Checks the header of a packet. The error completes the sentence "the daemon sent …": it is too
+/// short, has another version, an unknown kind, or a wrong length.
 Result<LinkMessage> ParseLink(View packet);
 
 /// The Decode functions check every field of a body against its bound, and refuse extra bytes.

@@ -13,15 +13,17 @@ namespace {
 constexpr Duration kSignOfLife = 1s;
 // Shortest interval of counts, when they change all the time.
 constexpr Duration kAtMostEvery = 100ms;
-// Time for four repetitions of lost samples: heartbeats are 100 ms apart.
+// Time for four repetitions of lost samples: a subscriber requests them after a heartbeat, and
+// heartbeats are 100 ms apart.
 constexpr Duration kAcknowledgeTime = 400ms;
 constexpr Duration kEventRetry = 1s;
-// Subscribers' programs take the last samples in this time. Their DDS library acknowledges samples
-// earlier, and drops samples that were not taken when the writer leaves.
+// Time in which the programs of subscribers take the last samples. Their DDS library acknowledges a
+// sample before the program takes it, and drops samples that were not taken when the writer leaves.
 constexpr Duration kTakingTime = 150ms;
 constexpr std::size_t kMostEvents = 1000;  // most events that wait for a retry, and most alarms
-// Leave spreads the final samples over this time: a burst would overflow the socket of a slow
-// subscriber. Example: 1,000 points take 0.2 s; from 10,000 points on the rate is the usual one.
+// Leave spreads the final samples over this time: a burst would overflow the socket of a subscriber
+// that waits for the processor, and repetitions can take longer than Leave waits. Example: 1,000
+// points take 0.2 s; from 10,000 points on the rate is the usual one.
 constexpr Duration kTellingTime = 500ms;
 constexpr Duration kShortestInterval = 50us;
 constexpr Duration kLongestInterval = 200us;
@@ -95,7 +97,8 @@ Status LinkServer::Reopen(const Room& room) {
   return {};
 }
 
-/// Leave publishes the latest sample of each point; `body` is the encoded form of point_.
+/// Stores `body`, the encoded form of point_, because Leave publishes the latest sample of each
+/// point.
 void LinkServer::Remember(View body) {
   const std::string name = point_.device + '\0' + point_.point;
   if (point_.quality == Quality(Quality::bad_not_connected).word()) {
@@ -140,7 +143,8 @@ Status LinkServer::Publish(View body, Sample& sample) {
   return {};
 }
 
-/// A refused event or alarm is queued for a retry, because no heartbeat repeats it.
+/// Publishes an event or alarm. If the library does not accept it, it is queued for a retry,
+/// because no heartbeat repeats it.
 template <typename Sample>
 Status LinkServer::PublishOnce(View body, std::deque<Sample>& held) {
   Sample sample;
@@ -171,7 +175,8 @@ void LinkServer::RetryEvents(Instant now) {
   events_retry_ = now + kEventRetry;
 }
 
-/// A reply that the library refuses is dropped; the client repeats its request.
+/// Publishes a reply. If the library does not accept it, it is dropped; the client repeats its
+/// request.
 Status LinkServer::Reply(View body) {
   ReplySample reply;
   if (!Decode(body, reply)) return Error{"the daemon sent a damaged reply"};

@@ -1,5 +1,6 @@
 // `LinkServer` is the side of baudgate-dds on the link: it carries out the gateway's messages and
-// creates the answers, without sockets and Fast DDS.
+// creates the answers. It uses neither sockets nor Fast DDS; gateway/outputs/dds/process/serve.h
+// connects it to them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,14 +26,16 @@ class LinkServer {
 
   /// Carries out one message of the gateway. After an error, the caller must close the link.
   Status Take(View packet);
-  /// Returns the next packet for the gateway, if one is due: an answer or counts.
+  /// Returns the next packet for the gateway, if one is due: the answer to `open` or `end`, or
+  /// counts.
   std::optional<Bytes> Answer(Instant now);
   Instant NextAnswer() const;
   std::optional<Bytes> NextRequest();
   bool ended() const { return ended_; }
-  /// Publishes the latest sample of each point with quality bad_not_connected, for at most
-  /// kEndTime, waits at most 550 ms for subscribers, and destroys the writers. Returns the time of
-  /// the next call; nothing: Leave has finished.
+  /// Ends publishing, after the gateway has sent `end` or has closed the link. Leave publishes the
+  /// latest sample of each point again with quality bad_not_connected (unless it has that quality
+  /// already), for at most kEndTime, waits at most 550 ms for subscribers, and destroys the
+  /// writers. Returns the time of the next call; nothing: Leave has finished.
   std::optional<Instant> Leave(Instant now);
 
  private:
@@ -52,8 +55,8 @@ class LinkServer {
   const MakeWriter make_;
   RequestIntake requests_;  // declared before writer_, whose threads put requests into it
   std::unique_ptr<SampleWriter> writer_;
-  /// The latest encoded sample of each point, by device + NUL + point, without points whose quality
-  /// is bad_not_connected, which Leave need not publish.
+  /// The latest encoded sample of each point, by device + NUL + point. A point with quality
+  /// bad_not_connected has no entry, because Leave need not publish it.
   std::unordered_map<std::string, Bytes> latest_;
   std::optional<Pacer> end_pacer_;  // empty: Leave has not been called yet
   std::optional<Instant> leave_by_;

@@ -22,8 +22,9 @@ struct LinkState {
   Phase phase = Phase::waiting;
   bool opened = false;  ///< the process has opened DDS
   Instant heard{};      ///< time of the process's last message
-  std::string reason;
-  /// In the state `waiting`; nothing: another program starts the process.
+  std::string reason;   ///< why the last process ended, e.g. "was ended by signal 6"
+  /// In the state `waiting`: the time when the gateway starts the next process; nothing: another
+  /// program starts it.
   std::optional<Instant> next_start{};
   std::uint32_t times_lost = 0;
   Subscribers subscribers;

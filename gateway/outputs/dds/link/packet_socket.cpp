@@ -95,7 +95,8 @@ Result<Descriptor> ListenAt(const std::string& path, const std::string& group) {
   }
   Descriptor socket(::socket(AF_UNIX, kType, 0));
   if (!socket) return Failed(path);
-  // The file gets the mode of the descriptor, so other users can connect at no moment.
+  // bind() gives the file the mode of the descriptor, so there is no moment at which other users
+  // could connect.
   ::fchmod(socket.get(), kMode);
   if (::bind(socket.get(), Plain(*address), sizeof *address) != 0) return Failed(path);
   if (const struct ::group* entry = ::getgrnam(group.c_str()); entry != nullptr) {

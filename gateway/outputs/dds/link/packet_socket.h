@@ -49,10 +49,12 @@ struct ReceivedPacket {
 };
 ReceivedPacket ReceivePacket(int socket, PacketBuffer& buffer);
 
-/// Returns a connected pair. All descriptors here are non-blocking and closed at exec.
+/// Returns both sockets of a connected pair. All descriptors made here are non-blocking and closed
+/// at exec.
 Result<std::pair<Descriptor, Descriptor>> MakePacketPair();
-/// Replaces a file on which no process listens. The owner of the file and the members of `group`
-/// can connect; if there is no such group, those of the process's group.
+/// Returns a listening socket at `path`, and replaces a file on which no process listens. The owner
+/// of the file and the members of `group` can connect; if there is no such group, the members of
+/// the process's group.
 Result<Descriptor> ListenAt(const std::string& path, const std::string& group);
 Result<Descriptor> ConnectTo(const std::string& path);
 

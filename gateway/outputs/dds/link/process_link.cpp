@@ -95,8 +95,9 @@ void LinkKeeper::Ended(std::string reason, Instant now) {
 
 namespace {
 
-// Time for the process to publish the final samples, wait 400 ms for acknowledgement and 150 ms for
-// the programs of subscribers, and delete its participant.
+// The longest time from `end` to the end of the process: it publishes the final samples, waits 400
+// ms for acknowledgement, gives subscribers 150 ms to take the samples, and deletes its
+// participant.
 constexpr Duration kGoodbye = kEndTime + 550ms;
 constexpr Duration kRoomPause = 5ms;  // pause before a retry when the socket is full
 

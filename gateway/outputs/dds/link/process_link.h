@@ -1,6 +1,7 @@
-// `ProcessLink` is the gateway's side of the link: a thread that starts baudgate-dds, or waits
-// until it connects, and receives its messages. Lines and Modbus never wait for it. LinkKeeper
-// decides about starts, LinkWriter sends samples.
+// `ProcessLink` is the gateway's side of the link: a thread that starts baudgate-dds (or waits
+// until the baudgate-dds that systemd starts connects) and receives its messages. Lines and Modbus
+// never wait for it. LinkKeeper decides when the process is started and given up, and LinkWriter
+// sends samples to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +24,8 @@
 
 namespace baudgate::dds {
 
-// Decides when baudgate-dds is started, reported as silent and given up. No I/O, no clock.
+// LinkKeeper decides when baudgate-dds is started, reported as silent, given up and started again.
+// No I/O, no clock: the caller passes events and the time.
 class LinkKeeper {
  public:
   enum class Wish {
@@ -31,16 +33,18 @@ class LinkKeeper {
     start,    ///< the caller must start a process, then call Started
     give_up,  ///< the caller must close the link, then call Ended
   };
-  /// Times since the process's last message until `status` reports it as silent, and until it is
-  /// restarted. Before it has opened DDS, kOpening replaces kGivenUp.
+  /// Times since the last message of the process: after kSilent, `status` reports it as silent;
+  /// after kGivenUp, it is given up and restarted. While it has not opened DDS yet, kOpening
+  /// replaces kGivenUp.
   static constexpr Duration kSilent = 2s;
   static constexpr Duration kGivenUp = 10s;
   static constexpr Duration kOpening = 1min;
   /// After this time a process has found all running subscribers.
   static constexpr Duration kYoung = 15s;
 
-  /// `starts`: the gateway starts the process: at once; after its end, 0.1, 0.5, 1, 2, 5, 10, 10 …
-  /// s later, and 0.1 s again if it has run for a minute.
+  /// `starts` true: the gateway starts the process. The first start is immediate; after the process
+  /// has ended, the next start is 0.1, 0.5, 1, 2, 5, 10, 10 … s later, and 0.1 s again if the
+  /// process has run for a minute. `starts` false: another program starts it.
   explicit LinkKeeper(bool starts) : starts_(starts) {}
 
   Wish Look(Instant now);
@@ -50,12 +54,13 @@ class LinkKeeper {
   void Started(Instant now);
   void Opened(Instant now);
   void Counted(const LinkCounts& counts, Instant now);
-  /// `reason` completes "the process …", e.g. "was ended by signal 6".
+  /// To be called when the process has ended. `reason` completes "the process …", e.g. "was ended
+  /// by signal 6".
   void Ended(std::string reason, Instant now);
 
   const LinkState& state() const { return state_; }
-  /// Addresses of subscribers for the next process: those that the present one has matched and,
-  /// while it is younger than kYoung, those of the one before.
+  /// Returns the addresses at which the next process looks for subscribers: those that the present
+  /// process has matched and, while it is younger than kYoung, those of the process before.
   const std::vector<config::HostPort>& reached() const { return reached_; }
   /// Returns the time without messages after which the process is given up.
   Duration patience() const { return state_.opened ? kGivenUp : kOpening; }
@@ -70,8 +75,9 @@ class LinkKeeper {
   std::vector<config::HostPort> reached_;
 };
 
-/// Sends samples to baudgate-dds. Never waits and has no queue: if the socket is full, Write
-/// returns `later`. The publisher's thread calls Write, that of ProcessLink Attach and Detach.
+/// `LinkWriter` sends samples to baudgate-dds. It never waits and has no queue: if the socket is
+/// full, Write returns `later`, and the caller sends the latest value later. The publisher's thread
+/// calls Write; the thread of ProcessLink calls Attach and Detach.
 class LinkWriter : public SampleWriter {
  public:
   explicit LinkWriter(LinkOpen open = {}) : open_(std::move(open)) {}
@@ -82,7 +88,8 @@ class LinkWriter : public SampleWriter {
   Sent Write(const EventSample& sample) override;
   Sent Write(const AlarmSample& sample) override;
   Sent Write(const ReplySample& reply) override;
-  /// Sends `end`, and waits for the end of the process, which takes longer than `most`.
+  /// Sends `end`, and waits until the process has ended. That takes longer than `most`, because the
+  /// process first publishes the final samples.
   bool WaitAcknowledged(Duration most) override;
   Sent Reopen(const Room& room) override;
   Subscribers subscribers() const override;
@@ -92,8 +99,8 @@ class LinkWriter : public SampleWriter {
 
   /// Returns the message `open` for the next process, with the Room of the latest Reopen.
   LinkOpen open() const;
-  /// The caller keeps `socket` open until Detach. A second call with the same socket means that the
-  /// process has replaced its writers.
+  /// Sends samples to `socket` from now on; the caller keeps it open until Detach. A second call
+  /// with the same socket means that the process has replaced its writers.
   void Attach(int socket);
   void Detach();
   void SetSubscribers(const Subscribers& subscribers);
@@ -117,8 +124,9 @@ class LinkWriter : public SampleWriter {
   Subscribers subscribers_ BAUDGATE_GUARDED_BY(mutex_);
   bool ending_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool left_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  /// True while the process replaces its writers. Nothing is sent meanwhile: the new session
-  /// repeats the oldest events, so events would arrive out of order.
+  /// True while the process replaces its writers and has not answered yet. Nothing is sent
+  /// meanwhile, because the new session repeats the oldest events, so events would arrive out of
+  /// order.
   bool reopening_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable Mutex telling_;
@@ -130,9 +138,11 @@ struct ProcessLinkOptions {
   LinkOpen open;
   /// Path of the program; empty: the path of baudgate-dds that FindProgram returns.
   std::string program;
-  /// A socket to which baudgate-dds must connect; empty: the gateway starts the process.
+  /// Path of a socket to which baudgate-dds must connect; no process is started. Empty: the gateway
+  /// starts the process.
   std::string socket;
-  /// The group and the user that can connect, besides root and the gateway's user.
+  /// The group that can open the socket, and the user that is accepted besides root and the
+  /// gateway's user.
   std::string socket_group = "baudgate-dds";
   std::string socket_user = "baudgate-dds";
   /// Limit of the address space of a process that the gateway starts, in bytes.
@@ -144,14 +154,16 @@ class ProcessLink {
   /// Takes a log line when something changes, on the link's thread.
   using Log = std::function<void(log::Level level, const std::string& line)>;
 
-  /// An error: the socket cannot be opened. A missing program is only reported by state().
+  /// Returns an error if the socket cannot be opened. A missing program is not an error: the
+  /// gateway runs without it, and state() reports it.
   static Result<std::unique_ptr<ProcessLink>> Create(ProcessLinkOptions options, Log log);
   ~ProcessLink();
 
   /// Returns the writer. It can outlive the link; its samples then reach nobody.
   std::shared_ptr<LinkWriter> writer() const { return writer_; }
   LinkState state() const;
-  /// Takes at most half a second. To be called after the publisher's Stop; can be repeated.
+  /// Ends the process and the thread within half a second. To be called after the publisher's Stop.
+  /// A second call does nothing.
   void Stop();
 
  private:

@@ -47,7 +47,8 @@ std::string Diagnose(const dds::LinkState& state, Instant now) {
   return text + times;
 }
 
-/// E.g. "let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists".
+/// Returns the counts as text, e.g. "let in 12345 datagrams, refused 40: 38 fragments, 2 broken
+/// parameter lists"; empty: no datagram was received.
 std::string DatagramText(const dds::DatagramCounters& datagrams) {
   const std::uint64_t all = datagrams.AllRefused();
   if (datagrams.passed == 0 && all == 0) return {};
@@ -78,7 +79,8 @@ Json DatagramsJson(const dds::DatagramCounters& datagrams) {
           {"text", DatagramText(datagrams)}};
 }
 
-/// Null: writing is not allowed. "text": "took 12 write requests, dropped 3 that came too fast".
+/// Returns the counts of write requests; null: writing is not allowed. "text" is e.g. "took 12
+/// write requests, dropped 3 that came too fast".
 Json RequestsJson(const dds::LinkState& state) {
   if (!state.requests) return nullptr;
   std::string text = "took " + Plural(*state.requests, "write request");
@@ -88,7 +90,8 @@ Json RequestsJson(const dds::LinkState& state) {
   return {{"taken", *state.requests}, {"dropped", state.requests_dropped}, {"text", text}};
 }
 
-/// Null: no device has events. "text": "published 30 events, skipped 2 that were already deleted".
+/// Returns the counts of published and skipped events; null: no device has events. "text" is e.g.
+/// "published 30 events, skipped 2 that were already deleted".
 Json EventsJson(const dds::LinkState& state) {
   if (!state.events) return nullptr;
   std::string text = "published " + Plural(*state.events, "event");

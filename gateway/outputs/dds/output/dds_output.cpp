@@ -12,7 +12,8 @@
 namespace baudgate::dds {
 namespace {
 
-/// The socket for baudgate-dds if systemd starts it (packaging/baudgate-dds.service).
+/// The variable with the path of the socket to which baudgate-dds connects if systemd starts it
+/// (packaging/baudgate-dds.service).
 constexpr char kSocketVariable[] = "BAUDGATE_DDS_SOCKET";
 
 void Log(log::Level level, const std::string& line) { log::Write(level, "dds: " + line); }

@@ -1,5 +1,5 @@
-// `DdsOutput` is the DDS output: a publisher, the link to baudgate-dds, and, with `write: allow`,
-// the service for write requests.
+// `DdsOutput` is the DDS output of the gateway: a publisher, the link to the process baudgate-dds,
+// and, with `write: allow`, the service for write requests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,20 +38,23 @@ class DdsOutput final : public outputs::Output {
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.others = config.dds.enabled ? std::size_t(64) : 0};
   }
-  /// The name under which the progress of DDS is stored; empty: DDS is off.
+  /// Returns the name under which the progress of DDS is stored (OutputRow::consumer); empty: DDS
+  /// is off.
   static std::string Consumer(const config::Config& config) {
     return config.dds.enabled ? EventSamples::kConsumer : "";
   }
   ~DdsOutput() override { DdsOutput::Stop(); }
 
   std::string_view name() const override { return "dds"; }
-  /// An error contains the name or setting to change. A missing baudgate-dds is no error.
+  /// Starts the output. An error contains the name or setting to change. If baudgate-dds cannot be
+  /// started, that is not an error: the status reports it.
   Status Open(const Configuration& config) override;
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;
   std::vector<std::string> Apply(const Configuration& config,
                                  std::unique_ptr<Prepared> prepared) override;
-  /// No write is passed to the sink after this. Writes in progress still get their replies.
+  /// After StopRequests, no write is passed to the sink. Writes in progress still get their
+  /// replies.
   void StopRequests() override;
   /// Publishes all points as not connected, which takes up to about two seconds.
   void Stop() override;

@@ -1,4 +1,5 @@
-// `EventSamples` converts events and alarms into the samples that gateway/outputs/dds publishes.
+// `EventSamples` converts the events and alarms of gateway/records/events into the samples that
+// gateway/outputs/dds publishes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,8 +18,8 @@ class EventSamples final : public dds::EventSupply {
   /// The name of DDS in the CursorBook, which stores for each output the last event that was sent.
   static constexpr char kConsumer[] = "dds";
 
-  /// `events` false: only alarms, because the numbers of events restart at each start. `cursors`
-  /// null: the number of the last sent event is not stored.
+  /// `events` false: only alarms are supplied, because the events are not stored and their numbers
+  /// restart at each start. `cursors` null: the number of the last sent event is not stored.
   EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed,
                std::shared_ptr<events::CursorBook> cursors, bool events = true)
       : gateway_(std::move(gateway)),

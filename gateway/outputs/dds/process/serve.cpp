@@ -108,7 +108,8 @@ class Filter {
   std::vector<sock_filter> code_;
 };
 
-/// Refuses `call` by its first argument: if `wanted`, any but `value`; else `value`.
+/// Adds instructions that refuse the system call `call` by its first argument: if `wanted`, any
+/// argument but `value`; else the argument `value`.
 void JudgeArgument(Filter& filter, long call, std::uint32_t value, bool wanted) {
   filter.SkipUnless(static_cast<std::uint32_t>(call), 4);
   filter.Load(offsetof(seccomp_data, args));  // the lower half of the argument
@@ -166,7 +167,8 @@ namespace {
 constexpr Duration kLook = 100ms;
 constexpr int kMostPacketsAtOnce = 256;
 
-/// A request for which the socket has no space stays in `held`. False: the link is closed.
+/// Sends the waiting requests to the gateway. A request for which the socket has no space stays in
+/// `held`. False: the gateway has closed the link.
 bool SendRequests(const Descriptor& link, LinkServer& server, std::optional<Bytes>& held) {
   for (;;) {
     if (!held) held = server.NextRequest();

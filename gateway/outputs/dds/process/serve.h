@@ -1,5 +1,6 @@
 // `Serve` is the main loop of baudgate-dds: it passes packets between the gateway's socket and
-// LinkServer. DenyCalls and LimitMemory restrict the process before.
+// gateway/outputs/dds/link/link_server.h, and reports to systemd that the process is alive.
+// DenyCalls and LimitMemory restrict the process before the loop starts.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,21 +15,28 @@
 
 namespace baudgate::dds {
 
-/// A sanitizer needs the address space and the calls that are denied here.
+// These functions restrict baudgate-dds at its start, before it starts threads or calls the DDS
+// library, so that a datagram that takes over the process can do little. The systemd unit contains
+// the same restrictions and more.
+
+/// True in builds with a sanitizer, which needs the address space and the calls that are denied
+/// here.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #else
 inline constexpr bool kSanitized = false;
 #endif
 
-/// Requests SIGTERM from the kernel when `parent` ends. False: `parent` has ended already.
+/// Requests that the kernel sends SIGTERM to this process when `parent` ends. False: `parent` has
+/// ended already.
 bool EndWith(pid_t parent);
 
 /// Limits the address space to `bytes`, and disables core files.
 Status LimitMemory(std::uint64_t bytes);
 
-/// Denies calls that exploits use, by seccomp: new programs, tracing, signals, mounts, local
-/// sockets, namespaces, kernel modules and others. They fail with EPERM.
+/// Denies new programs, tracing of other processes, signals to them, mounts, local sockets, new
+/// namespaces, kernel modules and other calls that exploits often use, by seccomp. A denied call
+/// fails with EPERM.
 Status DenyCalls();
 
 enum class ServeEnd {
@@ -50,8 +58,9 @@ class WakeUp {
 };
 
 /// Serves until the link ends, then publishes all points as not connected. An error is a fault of
-/// the link; the gateway restarts the process, so nothing is published. `alive` is called at least
-/// once a second; its error ends the link. Write requests must ring `wake`.
+/// the link; the gateway then restarts the process, so nothing is published. `alive` is called at
+/// least once a second, on the thread that reads the link; its error ends the link. The owner of
+/// `server` must ring `wake` when there is a write request.
 Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
                        const std::function<Status()>& alive);
 

@@ -62,7 +62,8 @@ Result<Submessage> Next(View datagram, std::size_t& at) {
   return submessage;
 }
 
-/// The reader is checked too, because a DDS library may dispatch by it and not by the writer.
+/// True for the announcement of a participant. The reader is checked too, because a DDS library may
+/// dispatch by the reader and not by the writer.
 bool IsAnnouncement(const Submessage& submessage) {
   if (submessage.id != kData) return false;
   const RtpsFields body(submessage.body, submessage.little());
@@ -90,7 +91,8 @@ Result<Found> Find(View datagram) {
   return found;
 }
 
-/// A DATA submessage: its parameters, their offset, and whether the participant leaves.
+/// The content of the DATA submessage: its parameters, their offset, and whether the participant
+/// leaves.
 struct Content {
   Parameters said;
   std::size_t at = 0;
@@ -227,7 +229,8 @@ constexpr std::uint16_t kLastSecurity = 0x1006;
 
 constexpr std::size_t Padded(std::size_t size) { return (size + 3) & ~std::size_t{3}; }
 
-/// Reads strings and sequences. fits() is false if one ends behind the parameter.
+/// Reads strings and sequences one after the other. fits() returns false if one ends behind the
+/// parameter.
 class Walk {
  public:
   explicit Walk(const RtpsFields& fields) : fields_(fields) {}
@@ -268,7 +271,8 @@ bool DescribesType(std::uint16_t id) {
   return id == kTypeId || id == kTypeObject || id == kTypeInformation;
 }
 
-/// The least size of a parameter in bytes; 0: it depends on the content, or is not used.
+/// Returns the least size of a parameter in bytes; 0: the size depends on the content, or the
+/// parameter is not used.
 std::size_t LeastSize(std::uint16_t id) {
   if (IsLocator(id)) return 24;
   switch (id) {
@@ -302,12 +306,14 @@ bool ContentFits(std::uint16_t id, const RtpsFields& fields) {
       content.Sequence(1);
       return content.fits();
     case kProperties:
-      // Example: 59 00 08 00 FF FF FF FF … claims 4294967295 properties in 8 bytes.
+      // Example of a refused parameter: 59 00 08 00 FF FF FF FF … claims 4294967295 properties in 8
+      // bytes.
       content.Sequence(2);
       return content.fits();
     case kIdentityToken:
     case kPermissionsToken:
-      // Example: a token with 268435456 properties, for which Fast DDS 2.9.1 allocated 1.8 GB.
+      // Example of a refused parameter: 01 10 14 00 … 00 00 00 10 00 00 00 10 claims a token with
+      // 268435456 properties, for which Fast DDS 2.9.1 allocated 1.8 GB within seconds.
       content.Counted();
       content.Sequence(2);
       if (content.more()) content.Sequence(2);
@@ -321,7 +327,8 @@ bool ContentFits(std::uint16_t id, const RtpsFields& fields) {
   }
 }
 
-// Bytes: kind (4), port (4), twelve zeros, IPv4 address (4): RTPS 2.3, 9.3.2.
+// Layout of a locator in bytes: kind (4), port (4), twelve zeros, IPv4 address (4): RTPS 2.3,
+// 9.3.2.
 void NoteMetatraffic(const RtpsFields& fields, Parameters& found) {
   constexpr std::uint32_t kUdpV4 = 1;
   constexpr std::uint32_t kLastPort = 65535;
@@ -334,7 +341,8 @@ void NoteMetatraffic(const RtpsFields& fields, Parameters& found) {
 
 void Note(std::uint16_t id, const RtpsFields& fields, std::size_t at, Parameters& found) {
   if (id == kParticipantGuid || id == kKeyHash) {
-    // The participant's GUID has priority over the key hash, which alone is in a dispose message.
+    // The participant's GUID has priority over the key hash. A dispose message contains only the
+    // key hash.
     if (id == kParticipantGuid || !found.participant) found.participant = PrefixOf(fields.From(0));
     if (id == kKeyHash && !found.endpoint) found.endpoint = GuidOf(fields.From(0));
   } else if (id == kEndpointGuid) {

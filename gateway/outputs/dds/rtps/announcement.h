@@ -36,8 +36,9 @@ std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t
 std::string HostOf(const UdpAddress& at);
 std::string Text(const UdpAddress& at);
 
-/// The role of a participant, sent as user data. Participants with the same role are not announced
-/// to each other: among 100 gateways, 9,900 announcements would be sent.
+/// The role of a participant, which it sends as user data. Participants with the same role are not
+/// announced to each other, because they exchange nothing: among 100 gateways, 9,900 announcements
+/// would be sent.
 enum class Role : std::uint8_t { any, publishes, subscribes };
 
 std::string_view UserDataOf(Role role);
@@ -55,11 +56,13 @@ struct Announcement {
   View said() const { return View(datagram).subspan(said_at); }
 };
 
-/// `at` of the result is an address that the announcement contains and from which it was sent, so a
-/// sender that cannot forge its address cannot direct datagrams to a third party.
+/// Reads an announcement. `at` of the result is an address that the announcement contains and from
+/// which it was sent, so a sender that cannot forge its address cannot direct datagrams to a third
+/// party. The error is a sentence.
 Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender);
 
-// Checks every length in a parameter list before it is used (DDSI-RTPS 2.3, 9.4.2.11, 9.6.2.2).
+// CheckParameters checks every length in an RTPS parameter list (inline QoS or discovery data)
+// before it is used. Source: DDSI-RTPS 2.3, 9.4.2.11 and 9.6.2.2.
 
 /// The parameters that the callers use. Offsets count from the first byte of the list.
 struct Parameters {
@@ -84,8 +87,9 @@ struct Parameters {
   std::uint32_t status = 0;
 };
 
-/// Checks the parameter list at the beginning of `list`; further bytes can follow. `little`: little
-/// endian. `security`: parameters of DDS Security are allowed.
+/// Checks the RTPS parameter list at the beginning of `list`; further bytes can follow. Fills
+/// `found`. Returns why the list is refused, or `none`. `little`: the byte order is little endian.
+/// `security`: parameters of DDS Security are allowed.
 Refusal CheckParameters(View list, bool little, bool security, Parameters& found);
 
 }  // namespace baudgate::dds

@@ -1,5 +1,6 @@
 // `RtpsFields` reads the fields of an RTPS submessage in its byte order. The constants are the
-// numbers of RTPS: DDSI-RTPS 2.3, chapters 8.3 and 9.4.
+// numbers of RTPS: kinds of submessages, flags, entities. Source: DDSI-RTPS 2.3, chapters 8.3 and
+// 9.4.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +14,8 @@
 namespace baudgate::dds {
 
 using GuidPrefix = std::array<std::uint8_t, 12>;
-/// A global id: the participant's GuidPrefix (12 bytes) and the entity's id (4 bytes).
+/// The global id of an entity: the participant's GuidPrefix (12 bytes) and the entity's id (4
+/// bytes).
 using Guid = std::array<std::uint8_t, 16>;
 
 inline constexpr std::size_t kRtpsHeader = 20;
@@ -60,7 +62,8 @@ inline constexpr std::uint32_t kLivelinessReader = 0x000200C7;
 inline constexpr std::uint32_t kHandshakeWriter = 0x000201C3;  // DDS Security 1.1, 7.4.5
 inline constexpr std::uint32_t kHandshakeReader = 0x000201C4;
 
-/// Reads numbers; a number beyond the end is returned as empty.
+/// Reads numbers from a submessage or an encapsulated list. A number beyond the end is returned as
+/// empty.
 class RtpsFields {
  public:
   RtpsFields(View bytes, bool little) : reader_(bytes), bytes_(bytes), little_(little) {}

@@ -51,7 +51,8 @@ constexpr char kLasting[] =
     "the writer of requests is not volatile, so old requests could be delivered; set its "
     "durability to volatile";
 
-/// Longer than any deadline, and short enough for the addition below not to overflow.
+/// An upper limit of the time to the deadline: longer than any deadline, and short enough for the
+/// addition below not to overflow.
 constexpr Duration kMostAhead = 24h;
 
 Duration PatienceOf(const RequestSample& request) {
@@ -60,7 +61,8 @@ Duration PatienceOf(const RequestSample& request) {
                                   : std::min(wanted, WriteService::kMostPatience);
 }
 
-/// The earlier of deadline_ms and not_after_ns; cannot overflow, whatever the wall clock shows.
+/// Returns the earlier of deadline_ms and not_after_ns as a time of the steady clock; it cannot
+/// overflow, whatever the wall clock shows.
 Instant DeadlineOf(const WriteArrival& arrival, Now now) {
   const RequestSample& request = arrival.request;
   const Instant deadline = arrival.received + PatienceOf(request);
@@ -75,8 +77,9 @@ std::uint32_t Microseconds(Duration duration) {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
 }
 
-/// Returns why the request is too old: the DDS library can deliver requests from before the start
-/// of this gateway. The check assumes that the client's clock is right.
+/// Returns why the request is too old; nothing: the request is not too old. The check is needed
+/// because the DDS library can deliver requests from before the start of this gateway. It assumes
+/// that the client's clock is right.
 std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) {
   constexpr char kAdvice[] = "; is the client's clock right? If it still applies, use a new seq";
   if (arrival.published <= WallTime())
@@ -232,7 +235,8 @@ namespace {
 
 // If the library has no space for a reply, the reply is sent again after this pause.
 constexpr Duration kReplyPause = 10ms;
-// Beyond this number the oldest reply is dropped, and its client repeats the request.
+// The most replies that wait; beyond this number the oldest reply is dropped, and its client
+// repeats the request.
 constexpr std::size_t kMostReplies = 1024;
 
 }  // namespace
@@ -247,7 +251,8 @@ struct DdsWrites::Mail {
     const MutexLock lock(mutex);
     if (worker != nullptr) worker->Wake();
   }
-  /// `ended` is bounded, because the RequestBook limits the number of requests in progress.
+  /// Stores a result for the service's thread. `ended` is bounded, because the RequestBook limits
+  /// the number of requests in progress.
   void Add(WriteService::Ticket ticket, const WriteResult& result) {
     const MutexLock lock(mutex);
     if (worker == nullptr) return;

@@ -1,5 +1,6 @@
-// `WriteService` handles write requests that come over DDS: it answers repeated ones and passes new
-// ones to gateway/bus/writes/write_gate.h. It has no thread: DdsWrites calls it.
+// `WriteService` handles the write requests that come over DDS: it answers repeated requests, and
+// passes new requests to gateway/bus/writes/write_gate.h with the client name "dds:GUID". It has no
+// thread: DdsWrites calls it. ValueOf returns the value that a request contains.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,10 +35,12 @@ namespace baudgate::dds {
 //   bool     value 1, text "on"    true
 //   float32  value nan             an error
 
-/// Returns the value in the point's type. The error contains what is allowed.
+/// Returns the value of the request in the point's type. The error is a sentence that contains what
+/// is allowed.
 Result<Value> ValueOf(const config::Point& point, const RequestSample& request);
-/// Detects a repeated request. The value is hexadecimal text, so that two NaNs are equal.
-/// deadline_ms and not_after_ns are left out, because they may differ in a repetition.
+/// Returns the id by which a repeated request is detected. The value is part of it, as hexadecimal
+/// text, so that two NaNs are equal. deadline_ms and not_after_ns are not part of it, because they
+/// may differ when a client repeats its request.
 bus::RequestId IdOf(const RequestSample& request);
 
 class WriteService {
@@ -53,8 +56,9 @@ class WriteService {
   using Answer = std::function<void(ReplySample reply)>;
   using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
 
-  /// The references must outlive this object. `answer` is called on the thread of Take or End;
-  /// `ended` on any thread, even after the end of this object: the owner passes it to End.
+  /// The references must outlive this object. `answer` is called on the thread that calls Take or
+  /// End. `ended` can be called on any thread, even after the end of this object; the owner passes
+  /// its arguments to End.
   WriteService(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                bus::RequestBook::Past past, Answer answer, Ended ended);
 
@@ -88,17 +92,20 @@ class WriteService {
   std::atomic<std::uint64_t> taken_ = 0;
 };
 
-// The thread for the write requests of a SampleWriter. Lines never wait for it.
+// DdsWrites is the thread that handles the write requests of a SampleWriter and sends the replies.
+// Lines never wait for it.
 class DdsWrites {
  public:
-  /// References and the objects that `past` refers to must outlive this object.
+  /// Handles the requests of `writer` until StopTaking. `config`, `store`, `sink` and the objects
+  /// that `past` refers to must outlive this object.
   DdsWrites(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
             bus::RequestBook::Past past, std::shared_ptr<SampleWriter> writer);
   ~DdsWrites();  ///< calls StopTaking and Stop
 
   /// After StopTaking, no request is passed to the sink. A second call does nothing.
   void StopTaking();
-  /// Sends the replies that are ready and ends the thread. A second call does nothing.
+  /// Sends the replies that are ready, and ends the thread; later results are dropped. A second
+  /// call does nothing.
   void Stop();
 
   std::uint64_t taken() const { return service_.taken(); }

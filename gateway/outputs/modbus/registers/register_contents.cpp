@@ -31,7 +31,8 @@ bool FitsRegisters(const config::Point& point, config::WordOrder order, const Va
                          std::span(scratch).first(config::RegisterCount(point)));
 }
 
-/// If the registers cannot hold a good value, it is a fault of the configuration.
+/// Returns the quality that clients read. If the registers cannot hold a good value, it is a fault
+/// of the configuration.
 Quality ShownQuality(const bus::DeviceRecord& record, std::uint32_t index, Instant now) {
   const Quality quality = QualityAt(record, index, now);
   if (IsBad(quality)) return quality;
@@ -44,7 +45,8 @@ Quality ShownQuality(const bus::DeviceRecord& record, std::uint32_t index, Insta
   return fits ? quality : kDoesNotFit;
 }
 
-/// A bad value is replaced. False: the request must be answered with an exception.
+/// Writes the value, or its replacement if the quality is bad, to `out`. False: the request must be
+/// answered with an exception. A good value is encoded only once.
 bool FillValue(const bus::DeviceRecord& record, std::uint32_t index, Instant now,
                std::span<std::uint16_t> out) {
   const config::Point& point = record.device->points[index];
@@ -96,7 +98,7 @@ GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& co
   block[5] = Saturated<std::uint16_t>(info.devices_online);
   block[6] = Saturated<std::uint16_t>(counters.clients);
   block[7] = Saturated<std::uint16_t>(info.lines_up);
-  // These counters wrap to 0: a client computes differences.
+  // These counters wrap to 0, like those of the device block: a client computes differences.
   Put32(block, 8, static_cast<std::uint32_t>(counters.requests));
   Put32(block, 10, static_cast<std::uint32_t>(counters.exceptions));
   return block;

@@ -1,5 +1,6 @@
-// `FillRegisters` and `FillBits` compute registers and bits from one consistent DeviceRecord:
-// values, quality, age, status blocks. EventBlockOf computes the event block. No I/O, no clock.
+// `FillRegisters` and `FillBits` compute the contents of registers and bits: values, their quality
+// and age, and status blocks. They read one consistent DeviceRecord of the point store and fill the
+// private copy in responder.h. EventBlockOf computes the event block of a unit. No I/O, no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +19,8 @@
 
 namespace baudgate::modbus {
 
-// The largest value of T is the limit. 32-bit fields have the word order ABCD (Put32).
+// Limits a number to the largest value of T. Used for the fields of status and event blocks; 32-bit
+// fields have the word order ABCD (Put32).
 template <typename T>
 T Saturated(std::uint64_t number) {
   constexpr std::uint64_t kMost = std::numeric_limits<T>::max();
@@ -76,18 +78,21 @@ inline constexpr std::array<std::uint16_t, 10> kGatewayBlockLayout = {0, 1, 2, 4
 using GatewayBlock = std::array<std::uint16_t, kGatewayBlockLayout.back()>;
 GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& counters);
 
-/// Returns kNoTarget if a value must not be shown because of its quality.
+/// Fills `out` with the pieces of a request (see PlanRead). Returns kNoTarget if a value must not
+/// be shown because of its quality.
 ExceptionCode FillRegisters(const bus::DeviceRecord& record, std::span<const Piece> pieces,
                             Instant now, std::span<std::uint16_t> out);
-/// A bit without a value is 0 among several bits, because the quality bit at N + 20000 shows that
-/// it is not good. If it is read alone (`alone`), kNoTarget is returned, because the client, e.g. a
-/// lamp, perhaps does not read the quality bit.
+/// Fills `out` with one bit. A bit without a value is 0 in a read of several bits, because the
+/// quality bit at N + 20000 shows that it is not good. If the bit is read alone (`alone`),
+/// kNoTarget is returned instead, because the client, e.g. an operator's lamp, perhaps does not
+/// read the quality bit.
 ExceptionCode FillBit(const bus::DeviceRecord& record, std::uint32_t point, Instant now, bool alone,
                       std::uint8_t& out);
 ExceptionCode FillBits(const bus::DeviceRecord& record, std::span<const Piece> pieces, Instant now,
                        std::span<std::uint8_t> out);
 
-/// Copies `piece.count` registers from `piece.index` of a block to `piece.offset` in `out`.
+/// Copies `piece.count` registers of a status or event block, from `piece.index`, to `piece.offset`
+/// in `out`.
 void FillFromBlock(std::span<const std::uint16_t> block, const Piece& piece,
                    std::span<std::uint16_t> out);
 
@@ -117,7 +122,8 @@ inline constexpr std::array<std::uint16_t, 56> kEventBlockLayout = [] {
 static_assert(kEventBlockLayout.back() == 80);
 using EventBlock = std::array<std::uint16_t, kEventBlockLayout.back()>;
 
-/// `first`: the number that the client has written. Event numbers show their low 32 bits.
+/// `first`: the event number that the client has written. Event numbers of more than 32 bits are
+/// shown by their low 32 bits.
 EventBlock EventBlockOf(const events::EventFeed::Page& shown, std::uint32_t first);
 
 }  // namespace baudgate::modbus

@@ -110,7 +110,8 @@ std::optional<RegisterImage::Place> RegisterImage::Find(config::Table table, std
     return Place{table, quality ? Area::quality : Area::value, *at, count};
   };
   if (table != config::Table::bits) return find(registers_);
-  // Not for one bit: its read can get an exception where a read of several bits does not.
+  // A read of one bit can be answered with an exception where a read of several bits is not, so one
+  // bit is not read from the image.
   return count == 1 && start < kQualityOffset ? std::nullopt : find(bits_);
 }
 

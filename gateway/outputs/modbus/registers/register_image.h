@@ -1,6 +1,7 @@
 // `RegisterImage` contains all values and qualities of one unit in encoded form, so that a read is
-// a copy while nothing changes. No I/O, no clock. register_contents.h fills it, so an image and a
-// direct read are the same.
+// a copy while nothing changes. No I/O, no clock. It is filled from a DeviceRecord by
+// register_contents.h, so a read from the image and a direct read return the same.
+// gateway/outputs/modbus/service/own_units.cpp copies from it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +17,8 @@
 
 namespace baudgate::modbus {
 
-/// Registers, or bits in one byte each, sorted by address; unmapped addresses are left out.
+/// `TableImage` contains registers, or bits in one byte each. They are sorted by address; unmapped
+/// addresses are left out.
 template <typename Word>
 class TableImage {
  public:
@@ -24,7 +26,8 @@ class TableImage {
 
   /// Returns the index of `start` if the range consists of whole readable values.
   std::optional<std::size_t> FindValues(std::uint32_t start, std::size_t count) const;
-  /// The index of the qualities at `start`. The range can begin or end inside a value.
+  /// Returns the index of the qualities of the values at `start`. The range can begin or end inside
+  /// a value.
   std::optional<std::size_t> FindQualities(std::uint32_t start, std::size_t count) const;
 
   void Fill(const bus::DeviceRecord& record, Instant now);
@@ -63,12 +66,13 @@ class RegisterImage {
 
   explicit RegisterImage(const UnitMap& unit);
 
-  /// Nothing: the request needs several areas, an age, a block, or an exception; see PlanRead.
+  /// Returns nothing if the request needs more than one area, an age, a block, or the exception
+  /// 0x02 or 0x03. PlanRead handles such requests.
   std::optional<Place> Find(config::Table table, std::uint32_t start, std::size_t count) const;
 
-  /// True if the image shows the record at `now`. An outdated image is encoded again only when
-  /// reads have requested as many words as it contains: a large device that is read little costs at
-  /// most twice as much as with direct reads.
+  /// True if the image shows the record as it is at `now`. An outdated image is encoded again only
+  /// when the reads since then have requested as many words as it contains. So a large device that
+  /// is read little costs at most twice as much as with direct reads.
   bool Refresh(const bus::DeviceRecord& record, Instant now, std::size_t asked);
 
   /// Copies from the image of the last successful Refresh. `out` must have place.count words.

@@ -1,4 +1,6 @@
-// libmodbus encodes no floats, because its float functions in Debian's version are wrong.
+// Builds the map from the configuration, divides requests into pieces, and encodes values in
+// registers. The float functions of libmodbus are not used, because those of Debian's version are
+// wrong.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_map.h"
 
@@ -24,7 +26,8 @@ bool InValueArea(const Span& span) {
 
 bool StartsBelow(std::uint32_t address, const Span& span) { return address < span.start; }
 
-/// Most requests are for adjacent points, so the next span is tried before a search.
+/// Finds the spans of ascending addresses. Most requests are for adjacent points, so the span after
+/// the last result is tried before a search.
 class Finder {
  public:
   explicit Finder(const std::vector<Span>& spans) : spans_(spans) {}
@@ -43,7 +46,8 @@ class Finder {
   std::size_t next_ = 0;
 };
 
-/// The configuration check refuses overlaps; if it misses one, the later point is left out.
+/// Adds a span. The configuration check refuses overlaps and addresses outside the value areas. If
+/// it misses one, the point that came first gets the addresses and the later point is left out.
 void Insert(std::vector<Span>& spans, const Span& span) {
   if (!InValueArea(span)) return;
   const auto after = std::upper_bound(spans.begin(), spans.end(), span.start, StartsBelow);
@@ -240,7 +244,8 @@ std::optional<std::uint64_t> IntegerBits(const Value& value, config::IntegerRang
   return std::nullopt;
 }
 
-/// The bits of any type except string; nothing: the type cannot represent the value.
+/// Returns the bits of a value of any type except string; nothing: the type cannot represent the
+/// value.
 std::optional<std::uint64_t> BitsOf(Type type, const Value& value) {
   if (!HasValue(value) || std::holds_alternative<std::string>(value)) return std::nullopt;
   if (type == Type::boolean) {
@@ -338,7 +343,8 @@ Shown ShowFault(const config::Point& point, bool held) {
   return kind == Kind::hold && held ? Shown::held : Shown::no_value;
 }
 
-/// Extends the sign of at most 32 bits: the int16 FF FE becomes -2 and not 65534.
+/// Extends the sign of a number of at most 32 bits. Example: the int16 FF FE becomes -2 and not
+/// 65534.
 std::int64_t SignExtended(std::uint64_t bits, Type type) {
   if (type == Type::int8 || type == Type::int16) return static_cast<std::int16_t>(bits);
   if (type == Type::int32) return static_cast<std::int32_t>(bits);

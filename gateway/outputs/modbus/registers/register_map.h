@@ -1,6 +1,7 @@
-// `RegisterMap` maps a Modbus unit and address to a point. The functions below encode values in
-// registers or bits, choose the replacement of a bad value, and decode written registers
-// (ConvertWrites). The addresses are a public contract: config/model/modbus.h.
+// `RegisterMap` maps a Modbus unit and address to a point. It is built from the configuration. The
+// functions below encode values in 16-bit registers or bits, choose the replacement of a bad value,
+// and decode written registers (ConvertWrites). gateway/outputs/modbus/service/own_units.cpp and
+// register_contents.cpp use them. The addresses are a public contract: config/model/modbus.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +28,8 @@ using config::kStatusBlock;
 using config::kValuesAfterStatus;
 using config::kValuesEnd;
 
-/// A client writes here to acknowledge alarms (u32), behind the event block. Not readable.
+/// The register to which a client writes to acknowledge alarms (u32), behind the event block. It
+/// cannot be read.
 inline constexpr std::uint16_t kAckRegister = kEventBlock + 80;
 
 struct Span {
@@ -41,7 +43,8 @@ struct Span {
 
 enum class Area : std::uint8_t { value, quality, age, status, events, hole };
 
-/// Requested addresses: a whole value, or any part of a quality or age mirror or of a block.
+/// A range of requested addresses: a whole value, or any part of a quality or age mirror or of a
+/// block.
 struct Piece {
   Area area = Area::value;
   std::uint32_t index = 0;   ///< index of the point; in a block, its first register; in a hole, 0
@@ -66,7 +69,8 @@ struct UnitMap {
 
 class RegisterMap {
  public:
-  /// Devices have the indices of PointStore: the order of the file, with disabled devices.
+  /// The indices of devices are those of PointStore: in the order of the file, including disabled
+  /// devices.
   explicit RegisterMap(const config::Config& config);
 
   const UnitMap& unit(std::uint8_t id) const { return units_[unit_index_[id]]; }
@@ -79,13 +83,15 @@ class RegisterMap {
 
 using Holes = config::Listener::Holes;
 
-/// Divides a read into ascending pieces. Returns kIllegalAddress if an address is unmapped or
-/// write-only, else kIllegalValue for a part of a value. With Holes::zero, unmapped and write-only
-/// addresses become holes, unless there is nothing else.
+/// Divides a read into pieces in ascending order; `pieces` is cleared first. Returns
+/// kIllegalAddress if an address is unmapped or write-only, else kIllegalValue if the range
+/// contains only a part of a value. With Holes::zero, unmapped and write-only addresses become
+/// pieces of area `hole`, unless the range contains nothing else.
 ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t start,
                        std::uint16_t count, std::vector<Piece>& pieces, Holes holes = Holes::off);
 
-/// As PlanRead; a write must cover whole points. WriteGate decides which points may be written.
+/// Divides a write into pieces as PlanRead does; a write must cover whole points.
+/// gateway/bus/writes/write_gate.h decides which points clients are allowed to write.
 ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,
                         std::uint16_t count, std::vector<Piece>& pieces);
 
@@ -106,38 +112,45 @@ enum class Shown : std::uint8_t {
 ///    integer or a bit has no such value, so the result is an exception unless on_fault is a VALUE.
 Shown Show(const config::Point& point, config::OnBad on_bad, Quality quality, bool held);
 
-/// Fills RegisterCount(point) registers. False, and `out` is unchanged, if the value is too large,
-/// not a number, or missing. Texts are cut at the point's length.
+/// Fills `out` (RegisterCount(point) registers). False, and `out` is unchanged, if the value does
+/// not fit the type: it is too large, not a number, or missing. Texts are cut at the point's
+/// length.
 bool EncodeRegisters(const config::Point& point, config::WordOrder order, const Value& value,
                      std::span<std::uint16_t> out);
 
-/// Writes NaN for floats, an empty text, 0 for a bool, and for integers the number that SunSpec
-/// defines: the smallest number if signed, all bits set if unsigned.
+/// Fills `out` with the value that stands for "no value": NaN for floats, an empty text, 0 for a
+/// bool, and for integers the number that SunSpec defines: the smallest number if signed, all bits
+/// set if unsigned.
 void EncodeNoValue(const config::Point& point, config::WordOrder order,
                    std::span<std::uint16_t> out);
 
 std::optional<bool> EncodeBit(const Value& value);
 
-/// Nothing: a float that is not finite, a bool other than 0 and 1, or a wrong register count.
+/// Decodes a client's registers to a value of the point's type. Returns nothing for a float that is
+/// not finite, a bool other than 0 and 1, or a wrong register count.
 std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrder order,
                                      std::span<const std::uint16_t> registers);
 
-// A decoded write: values of points in the units that users see, for WriteGate.
+// ConvertedWrite is a decoded write: values of points, in the units that users see.
+// gateway/outputs/modbus/service/own_units.cpp passes them to gateway/bus/writes/write_gate.h.
 struct ConvertedWrite {
   ExceptionCode exception = kNoException;
   std::vector<bus::WriteAsk::Part> parts{};  ///< empty if there is an exception
 };
 
-/// Returns the point that the request selects (`select: yes`). IsSelectKey checks its value.
+/// Returns the point that the request selects (`select: yes`); nothing: the request is not a
+/// selection. IsSelectKey then checks the value that is written.
 std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request);
 bool IsSelectKey(const ModbusRequest& request);
 
-/// True for a write to only the two registers of the first event (config::kEventBlock).
+/// True if the request writes only to the two registers that contain the number of the first event
+/// to show (config::kEventBlock).
 bool IsFirstEvent(const ModbusRequest& request);
 /// Returns the written event number; nothing: the request writes only one of the two registers.
 std::optional<std::uint32_t> FirstEvent(const ModbusRequest& request);
 
-/// kIllegalAddress: an address is unmapped. kIllegalValue: a part of a value, or out of range.
+/// Decodes a write. kIllegalAddress: an address is not mapped. kIllegalValue: only a part of a
+/// value is written, or the type cannot represent the number.
 ConvertedWrite ConvertWrites(const UnitMap& unit, const config::Device& device,
                              const ModbusRequest& request);
 

@@ -31,7 +31,8 @@ Responder::Responder() : library_(std::make_unique<Library>()) {
     ready_ = Error{"no socket pair for the Modbus answers; raise the limit of open files"};
     return;
   }
-  // modbus_reply sleeps for the response timeout before an exception: so it is 1 us.
+  // Before modbus_reply sends an exception itself, it sleeps for the response timeout: so the
+  // timeout is 1 us.
   modbus_set_response_timeout(library_->context, 0, 1);
 }
 

@@ -1,5 +1,6 @@
-// `Responder` encodes the replies to checked requests with libmodbus, from a private copy of
-// registers or bits, which gateway/outputs/modbus/service/own_units.cpp fills. Only well-formed
+// `Responder` encodes the replies to checked requests with libmodbus, from a private copy of the
+// requested registers or bits, which gateway/outputs/modbus/service/own_units.cpp fills. Replies
+// are sent directly to a client's socket, or appended to its output buffer. Only well-formed
 // requests may be passed to it, because modbus_reply sleeps on others, or trusts lengths that are
 // wrong.
 // SPDX-License-Identifier: Apache-2.0
@@ -30,7 +31,8 @@ class Responder {
   Responder(const Responder&) = delete;
   Responder& operator=(const Responder&) = delete;
 
-  /// An error: no libmodbus or socket pair; then no other function may be called.
+  /// An error: libmodbus or the socket pair could not be created; then no other function may be
+  /// called.
   const Status& ready() const { return ready_; }
 
   /// The contents of the next reply: request.count registers or bits (one byte each).

@@ -1,5 +1,6 @@
-// `SerialListener` is a serial port over which a Modbus master sends requests. `MasterSession`
-// handles the bytes. `ReplyEcho` recognises the echo of the gateway's own replies.
+// `SerialListener` is a serial port over which a Modbus master sends requests to the gateway: it
+// has the port, a timer and the clock. `MasterSession` handles the bytes. `ReplyEcho` recognises
+// the echo of the gateway's own replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,29 +23,33 @@
 
 namespace baudgate::modbus {
 
-// Recognises the gateway's own replies among the received bytes. The reply to a write of one
-// register equals the request, so an unrecognised echo would be carried out and answered endlessly.
+// `ReplyEcho` recognises the gateway's own replies among the bytes that a two-wire adapter
+// receives. The reply to a write of one register equals the request, so an echo that is taken for a
+// request would be carried out and answered again endlessly. No I/O, no clock.
 
-/// In mode `strip`, the first bytes after a reply are removed if they repeat the reply, however
-/// late they come. In both modes, the first whole frame after a reply is its echo if it equals the
-/// reply and ended in time, even behind noise.
+/// In mode `strip`, if the first bytes after a reply repeat the reply, they are removed, however
+/// late they come. In mode `off`, no bytes are removed. In both modes, the first whole frame after
+/// a reply is its echo if it equals the reply and ended in time, so that an echo behind noise is
+/// found as well.
 class ReplyEcho {
  public:
-  /// The latest end of an echo after the reply: covers an adapter, its driver and a busy machine.
+  /// An echo must have ended within this time after the reply's last byte was sent. The time covers
+  /// an adapter, its driver and a busy machine.
   static constexpr Duration kLatest = 50ms;
 
   explicit ReplyEcho(config::Listener::Echo mode)
       : strips_(mode == config::Listener::Echo::strip) {}
 
-  /// `until`: the latest time at which the last byte of the reply's echo can arrive.
+  /// To be called before a reply is sent. `until`: the latest time at which the last byte of its
+  /// echo can arrive.
   void OnSent(View reply, Instant until);
   Bytes Filter(View received);
   /// True while received bytes are withheld because they can be the beginning of an echo.
   bool holding() const { return strips_ && filter_.holding(); }
   /// To be called when the bus is silent. Returns the withheld bytes.
   Bytes OnSilence() { return filter_.OnExchangeEnd().bytes; }
-  /// True if `frame`, cut from the filtered bytes until `ended`, is the echo. Only the first frame
-  /// after a reply is compared.
+  /// True if `frame`, cut from the filtered bytes, is the echo. `ended`: the time of its last byte.
+  /// A reply has at most one echo: only the first frame after the reply is compared.
   bool IsEcho(View frame, Instant ended);
 
  private:
@@ -54,11 +59,13 @@ class ReplyEcho {
   Instant until_;
 };
 
-// `MasterSession` handles the requests of a serial master while the port is open, in their Modbus
-// TCP form; replies return as frames of the serial line. Other slaves can be on the same bus.
+// `MasterSession` handles the requests of a serial master while the port is open. Bytes come from
+// `SerialListener`. Requests are passed in their Modbus TCP form to
+// gateway/outputs/modbus/service/client_requests.h, and replies return as frames of the serial
+// line. Other slaves can be on the same bus.
 
-/// A master has one request at a time: another request before the reply means that it has given up
-/// the first, whose reply is dropped.
+/// A master has only one request at a time: if it sends another request before the reply, it has
+/// given up the first, and the first reply is dropped.
 class MasterSession final : public ClientWire {
  public:
   class Owner {
@@ -71,8 +78,8 @@ class MasterSession final : public ClientWire {
     ~Owner() = default;
   };
 
-  /// `port`: its number in the traffic book. References must outlive the session. The protocol of
-  /// the framing must be loaded and have a carrier.
+  /// `port`: the master's number in the traffic book. All references must outlive the session. The
+  /// protocol of the listener's framing must be loaded and must support framing (have a carrier).
   MasterSession(const config::Listener& listener, ServerShared& shared, std::size_t port,
                 Owner& owner, const Now& now);
   ~MasterSession() { requests_.Close(); }
@@ -83,7 +90,8 @@ class MasterSession final : public ClientWire {
   void OnBytes(View bytes, const Now& now);
   /// To be called at Deadline; earlier calls do no harm.
   void OnTime(const Now& now);
-  /// The end of a silence, of a quiet time before a reply, or of a deadline; else nothing.
+  /// Returns the next time at which OnTime has work: the end of a silence, of the quiet time before
+  /// a reply, or of a request's deadline. Nothing: there is no such time.
   std::optional<Instant> Deadline() const;
 
  private:
@@ -123,7 +131,8 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
                              private transports::PortThread::Owner,
                              public MasterSession::Owner {
  public:
-  /// `shared` must outlive the listener until Stop. The protocol must be loaded.
+  /// `shared` must outlive the listener until Stop. The protocol must be loaded as for
+  /// MasterSession.
   SerialListener(asio::io_context& io, config::Listener listener, ServerShared& shared);
   ~SerialListener() { Stop(); }
 
@@ -131,8 +140,8 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   void Open() { port_.Start(); }
   /// Ends the session: nothing is received or answered any more. The port stays open.
   void Leave();
-  /// The driver can take long. After Leave, any thread may call it, but the listener must be
-  /// destroyed on the server's thread.
+  /// Closes the port; the driver can take long. After Leave, any thread may call ClosePort, but the
+  /// listener must be destroyed on the server's thread.
   void ClosePort() { port_.Stop(); }
   void Stop();
 

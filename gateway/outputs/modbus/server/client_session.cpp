@@ -79,7 +79,8 @@ void ClientPoll::Wait() {
 void ClientPoll::Serve() {
   // With a single client, an event of the epoll set is an event of this client.
   if (only_ != nullptr) return only_->OnEvents(EPOLLIN, ReadClocks());
-  // A single client sends nothing before it has its reply, so a second epoll_wait is useless.
+  // A single client sends nothing more before it has read its reply, so a second epoll_wait is
+  // useless.
   const std::size_t worth = count_ > 1 ? 1 : 2;
   std::size_t served = 0;
   std::size_t batch = 0;
@@ -152,7 +153,8 @@ namespace {
 
 /// The number of frames of one client that are answered before other clients are served.
 constexpr int kFramesPerTurn = 8;
-/// RTU frames have no end mark, so an incomplete one is not continued. ASCII can pause longer.
+/// After this silence an incomplete RTU frame is not continued, because RTU frames have no end
+/// mark. ASCII frames can pause longer.
 constexpr Duration kLongestGap = 50ms;
 constexpr Duration kLongestAsciiGap = 1s;
 
@@ -236,8 +238,9 @@ void ClientSession::Turn(const Now& now) {
   Continue();
 }
 
-/// After a stall, the network can deliver an abandoned request together with the next one, so only
-/// the last of several frames is answered. A broadcast gets no reply: it is always handled.
+/// Drops the replies to earlier requests. After a stall, the network can deliver a request that the
+/// client has given up together with its next request, so only the last of several complete frames
+/// is answered. A broadcast gets no reply, so it is handled even if another frame follows.
 bool ClientSession::Supersede(View frame) {
   requests_.Abandon();
   socket_.unsent().clear();
@@ -298,7 +301,8 @@ void ClientSession::AnswerNothing(Instant now) {
 
 void ClientSession::Answered(Instant now) {
   if (in_turn_) return;
-  // A new request of the client means that it no longer waits for this reply.
+  // Bytes that the client has sent meanwhile can be a new request, which means that the client no
+  // longer waits for this reply.
   if (framing_->one_at_a_time()) Fill(now);
   if (closed_) return;
   Flush(now);
@@ -330,7 +334,8 @@ void ClientSession::Sweep(const Now& clocks) {
   requests_.Sweep(clocks);
 }
 
-/// Closes a client that uses another framing. False: the bytes can still become a request.
+/// Closes a client that uses another framing (e.g. RTU instead of TCP). Called before the first
+/// request was understood. False: the bytes can still become a request.
 bool ClientSession::CloseOther(const Now& now) {
   const auto other = OtherFraming(*first_, listener_.framing, shared_.frames());
   if (!other) return false;

@@ -1,7 +1,9 @@
-// `ClientSession` is one connected client of Modbus TCP, or of RTU or ASCII over TCP, on the
-// server's thread. A client cannot delay others: a turn answers a few frames, a client that does
-// not read its replies stops only itself, and memory is bounded. `ClientPoll` is the epoll set of
-// all clients, and `ClientSocket` the socket of one.
+// `ClientSession` is one connected client of Modbus TCP, or of RTU or ASCII over TCP: it takes the
+// client's requests in order and sends the replies.
+// gateway/outputs/modbus/service/client_requests.h handles the requests. Everything runs on the
+// server's thread, which passes the time. A client cannot delay others: a turn answers a few
+// frames, a client that does not read its replies stops only itself, and memory is bounded.
+// `ClientPoll` is the epoll set of all clients, and `ClientSocket` is the socket of one client.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,16 +32,18 @@
 
 namespace baudgate::modbus {
 
-// `ClientPoll` is one epoll set for clients only, inside the server's io_context: asio alone would
-// cost one more system call per request.
+// `ClientPoll` informs clients that their sockets can be read or written. It is one epoll set for
+// clients only, inside the server's io_context: asio alone would cost one more system call per
+// request. listener.cpp accepts the sockets; ClientSocket reads and writes them.
 
 /// All functions but Open must be called on the thread that runs the io_context.
 class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
  public:
   class Client {
    public:
-    /// `events`: EPOLLIN, EPOLLOUT, EPOLLERR and EPOLLHUP; the last two are always reported. The
-    /// call is repeated as long as an event lasts. The client can remove itself and others.
+    /// `events` contains EPOLLIN, EPOLLOUT, EPOLLERR and EPOLLHUP; the last two are always
+    /// reported. The call is repeated as long as an event lasts. `now` is read once for all clients
+    /// that are ready at the same time. The client can remove itself and others.
     virtual void OnEvents(std::uint32_t events, const Now& now) = 0;
 
    protected:
@@ -53,7 +57,8 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
   void Start() { Wait(); }
   void Close();
 
-  /// False: the kernel has no memory. Remove must be called before the client's end.
+  /// Adds a client. False: the kernel has no memory for it. Remove must be called before the client
+  /// or its socket is destroyed.
   bool Add(int socket, Client& client, std::uint32_t events);
   bool Change(int socket, Client& client, std::uint32_t events);
   void Remove(int socket, Client& client);
@@ -73,14 +78,17 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
   std::array<epoll_event, 128> events_{};
   std::span<epoll_event> unserved_;  ///< the events of the current batch that were not served yet
   std::size_t count_ = 0;
-  /// The only client, if it waits for input; else null.
+  /// The only client, if it waits for input; null: there are several clients, or the client waits
+  /// for something else.
   Client* only_ = nullptr;
 };
 
-// The socket of one client, its events and its unsent replies. The destructor closes it.
+// `ClientSocket` is the socket of one client, with the events for which the poll watches it and the
+// replies that were not sent yet. The destructor closes the socket.
 class ClientSocket {
  public:
-  /// `socket` must be connected and non-blocking. `poll` and `client` must outlive this object.
+  /// `socket` must be connected and non-blocking. `poll` and `client`, which receives the events,
+  /// must outlive this object.
   ClientSocket(int socket, ClientPoll& poll, ClientPoll::Client& client, Instant now)
       : socket_(socket), poll_(poll), client_(client), blocked_since_(now) {}
   ~ClientSocket() { Close(); }
@@ -94,11 +102,13 @@ class ClientSocket {
   bool is_read() const { return (watched_ & EPOLLIN) != 0; }
   void Close();
 
-  /// 0: the connection has ended; nothing: no bytes have arrived.
+  /// Reads into `space` and returns the number of bytes; 0: the connection has ended; nothing: no
+  /// bytes have arrived.
   std::optional<std::size_t> Receive(std::span<std::uint8_t> space);
 
   Bytes& unsent() { return unsent_; }
-  /// Sends what the socket accepts of the unsent replies. False: the connection has ended.
+  /// Sends as many bytes of the unsent replies as the socket accepts. False: the connection has
+  /// ended.
   bool Flush(Instant now);
   /// True if the socket's send buffer is full, so that nothing more should be read or answered.
   bool is_blocked() const { return blocked_; }
@@ -106,7 +116,8 @@ class ClientSocket {
     return blocked_ && now - blocked_since_ > time;
   }
 
-  /// Runs `turn`, which must keep this object alive, after all posted work, once at a time.
+  /// Runs `turn`, which takes a `const Now&` and must keep this object alive, after all work that
+  /// is posted already. Does nothing if a turn is posted already.
   template <typename Turn>
   void PostTurn(Turn turn) {
     if (std::exchange(turn_posted_, true)) return;
@@ -127,8 +138,8 @@ class ClientSocket {
   bool turn_posted_ = false;
 };
 
-/// WarnOfClient("10.0.0.7:40112", "refused", why). Messages are folded by address, without the
-/// port, because the port differs every time.
+/// Logs that a client was refused or closed: WarnOfClient("10.0.0.7:40112", "refused", why).
+/// Repeated messages are folded by address, without the port, because the port differs every time.
 inline void WarnOfClient(std::string_view peer, std::string_view what, std::string_view why) {
   const std::string_view address = peer.substr(0, peer.rfind(':'));
   log::WarnFolded(fmt::format("modbus: client {} {}", address, what), "modbus: client {} {}: {}",
@@ -150,14 +161,16 @@ class ClientSession final : public ClientPoll::Client,
     ~Owner() = default;
   };
 
-  /// Owns `socket`: connected, non-blocking. References must outlive the session until its Close.
+  /// Owns `socket`, which must be connected and non-blocking. `clients`, `listener`, `shared` and
+  /// `owner` must outlive every session that is not closed.
   ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
                 ServerShared& shared, std::string peer, config::Priority priority, const Now& now,
                 Owner& owner);
 
   void Start();
   void Close();
-  /// Closes an idle or stalled client, drops incomplete frames, and answers overdue requests.
+  /// Closes an idle or stalled client, and drops incomplete frames of a client of RTU or ASCII.
+  /// Answers requests whose deadline has passed, if the line has not answered them.
   void Sweep(const Now& now);
   /// Returns the next time at which Sweep has a request to answer; nothing: no request waits.
   std::optional<Instant> Deadline() const { return requests_.Deadline(); }
@@ -168,7 +181,8 @@ class ClientSession final : public ClientPoll::Client,
   void Receive(const Now& now);
   bool Fill(Instant now);
   void Turn(const Now& now);
-  /// For RTU and ASCII: drops the replies to earlier requests. False: another request follows.
+  /// For RTU and ASCII: drops the replies to all earlier requests. False: this frame is not
+  /// answered either, because another request follows.
   bool Supersede(View frame);
   /// Waits for the next event: space for replies, a turn for more frames, or bytes from the client.
   void Continue();
@@ -176,13 +190,16 @@ class ClientSession final : public ClientPoll::Client,
   void Answer(View frame, Instant now) override;
   void AnswerNothing(Instant now) override;
   void SweepAt(Instant at) override { owner_.SweepAt(at); }
-  /// False: the reply must be appended to the unsent replies.
+  /// Sends the reply directly to the socket. False: the reply must be appended to the unsent
+  /// replies.
   bool SendAtOnce(const ModbusRequest& request, Responder& responder);
   /// To be called after each complete reply.
   void Answered(Instant now);
-  /// RTU and ASCII: waits until it is certain that no new request is arriving behind the last.
+  /// Sends unsent replies. A reply of RTU or ASCII waits until it is certain that no new request is
+  /// arriving behind its request.
   void Flush(Instant now);
-  /// Keeps the session alive while an answer may close it. Null in a turn, whose caller does so.
+  /// Returns a pointer that keeps the session alive while an answer may close it. Null during a
+  /// turn, because the caller of the turn keeps the session alive.
   std::shared_ptr<ClientSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
   bool CloseOther(const Now& now);
   void CloseMalformed(Instant now);
@@ -195,7 +212,8 @@ class ClientSession final : public ClientPoll::Client,
   Owner& owner_;
   std::unique_ptr<ClientFraming> framing_;
   ClientRequests requests_;
-  /// Detects another framing: at most kMostLookedAt bytes; empty after the first request.
+  /// The first bytes of the client, at most kMostLookedAt, to detect another framing. Empty after
+  /// the first request was understood.
   std::optional<Bytes> first_ = Bytes();
   bool in_turn_ = false;  ///< a turn is running; it sends the replies at its end
   Instant last_bytes_;

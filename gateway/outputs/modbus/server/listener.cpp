@@ -121,7 +121,8 @@ namespace {
 
 using asio::ip::tcp;
 
-/// Without this pause, missing descriptors or memory would cause endless calls of accept().
+/// Pause before accept() is called again when file descriptors or memory are missing. Without it,
+/// accept() would be called in an endless loop.
 constexpr Duration kAcceptPause = 100ms;
 /// How often incomplete frames of RTU and ASCII clients are checked.
 constexpr Duration kSerialSweep = 50ms;

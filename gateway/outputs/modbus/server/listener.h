@@ -1,5 +1,6 @@
-// `Listener` is one listening TCP port of the Modbus server. `Allows` decides which clients may
-// connect, and `PassedSockets` contains sockets that systemd has opened.
+// `Listener` is one listening TCP port of the Modbus server: it accepts the clients that are
+// allowed, and calls their Sweep. `Allows` decides which clients may connect, and `PassedSockets`
+// contains sockets that systemd has opened.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,14 +32,17 @@ bool Contains(const config::Network& network, const PeerAddress& peer);
 /// True if a network of the list contains the peer, or the list is empty.
 bool Allows(std::span<const config::Network> list, const PeerAddress& peer);
 
-/// The priority of the first client rule that contains the peer; else the listener's.
+/// Returns the priority of the first client rule that contains the peer; if there is none, the
+/// listener's.
 config::Priority PriorityOf(const config::Listener& listener, const PeerAddress& peer);
 
-// The listening sockets that systemd has opened for this process (.socket unit):
+// `PassedSockets` contains the listening sockets that systemd has opened for this process (.socket
+// unit). A listener takes the socket of its address.
 // https://www.freedesktop.org/software/systemd/man/sd_listen_fds.html
 class PassedSockets {
  public:
-  /// Clears the list in the environment, so that child processes do not get it.
+  /// Takes the sockets that the environment lists, and clears the list, so that child processes do
+  /// not get it.
   PassedSockets();
   /// Closes the sockets that no listener has taken, and logs their addresses.
   ~PassedSockets();
@@ -60,11 +64,13 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   /// `shared` must outlive the listener until Stop.
   Listener(asio::io_context& io, config::Listener listener, ServerShared& shared);
 
-  /// Opens the port, or takes it from `passed`; clients that connect wait until Start. Any thread
-  /// may call it. The error contains the reason and the remedy.
+  /// Opens the port; clients that connect wait until Start. Uses the socket of `passed` for this
+  /// address if there is one, else opens one. Any thread may call Open; the object can be destroyed
+  /// without Start. The error contains the reason and the remedy.
   Status Open(PassedSockets* passed = nullptr);
   void Start();
-  /// The port stays open at its address; its clients are disconnected.
+  /// Applies the new settings of a reload at the same address. The port stays open; its clients are
+  /// disconnected.
   void Renew(const config::Listener& listener);
   void Stop();
   /// An error: the reason why no client can connect now.

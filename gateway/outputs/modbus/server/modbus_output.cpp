@@ -17,8 +17,9 @@ struct Ports final : outputs::Output::Prepared {
 
 }  // namespace
 
-/// Contains spare descriptors, because a reload opens new ports before it closes the old ones. A
-/// serial port has its own event loop.
+/// Returns the number of file descriptors that the server needs, with spare descriptors, because a
+/// reload opens new ports before it closes the old ones. A serial port has an event loop of its
+/// own.
 outputs::DescriptorNeeds ModbusOutput::Descriptors(const config::Config& config) {
   constexpr std::size_t kForSerialPort = 8;
   constexpr std::size_t kForListener = 4;

@@ -30,7 +30,8 @@ class ModbusOutput final : public outputs::Output {
     const bus::PointStore& store;
     bus::CommandSink& commands;
     std::function<modbus::GatewayFigures()> figures;
-    /// Raises the limit of descriptors for `config`. Returns the share of `max_clients` that fits.
+    /// Raises the limit of file descriptors as far as `config` needs. Returns the share of
+    /// `max_clients` that can connect with the available descriptors.
     std::function<double(const config::Config& config)> make_room;
     std::function<std::vector<bus::RouteTarget*>()> lines;
     modbus::ModbusLinks server;  ///< everything but its member `lines`
@@ -40,7 +41,8 @@ class ModbusOutput final : public outputs::Output {
   static outputs::DescriptorNeeds Descriptors(const config::Config& config);
 
   std::string_view name() const override { return "modbus"; }
-  /// Opens the ports, then starts the thread, if there is a server. The error contains the port.
+  /// Opens the ports, then starts the thread, if the configuration has a server. The error contains
+  /// the port.
   Status Open(const Configuration& config) override;
   void CountClients(std::map<std::string, std::size_t>& by_listener) const override;
   std::unique_ptr<Prepared> Prepare(const config::Config& next) override;

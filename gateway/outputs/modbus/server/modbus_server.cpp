@@ -59,7 +59,8 @@ Result<ListenerPort> ModbusServer::OpenPort(const config::Listener& listener,
   if (Status status = port.tcp->Open(passed); !status) return Error{status.error()};
   return port;
 } catch (const std::system_error& failed) {
-  // std::system_error: no descriptors are left for the thread of a serial port.
+  // std::system_error: the thread of a serial port cannot be created, because descriptors are
+  // missing.
   return Error{failed.code().message()};
 }
 

@@ -1,6 +1,7 @@
-// `ModbusServer` serves the point store and passes writes to the lines. Its functions must be
-// called on the thread of the io_context, or while none runs it, unless their comment allows other
-// threads. Any thread may read counters. `Renewal` describes what a reload leaves unchanged.
+// `ModbusServer` is the gateway's Modbus server: it serves the point store and passes writes to the
+// lines. Its functions must be called on the thread that runs the io_context, or while no thread
+// runs it, unless their comment allows other threads. Any thread may read counters. `Renewal`
+// describes the listeners and routes that a reload leaves unchanged.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,7 +31,8 @@ namespace baudgate::modbus {
 class Listener;
 class SerialListener;
 
-/// One entry of modbus.listen: `tcp` or `serial`; both are null if it could not be created.
+/// The object that serves one entry of modbus.listen: `tcp` or `serial`. Both are null if it could
+/// not be created.
 struct ListenerPort {
   std::shared_ptr<Listener> tcp{};
   std::shared_ptr<SerialListener> serial{};
@@ -44,11 +46,13 @@ struct ListenerOrigin {
   bool same = false;      ///< the entry is unchanged, so its clients stay connected
   ListenerPort opened{};  ///< the opened port of a new entry, from ModbusServer::OpenPort
 
-  /// A serial port is closed and opened again if any setting differs.
+  /// True if the open port is used further. A serial port is closed and opened again if any setting
+  /// differs.
   bool keeps_port(const config::Listener& now) const { return was && (same || !now.is_serial()); }
 };
 
-/// A Renewal contains what a reload leaves unchanged. ModbusOutput fills it.
+/// The listeners and routes that a reload leaves unchanged. ModbusOutput fills a Renewal, and
+/// ModbusServer applies it.
 struct Renewal {
   std::vector<ListenerOrigin> listeners;
   Origins routes;
@@ -59,8 +63,8 @@ class PassedSockets;
 
 class ModbusServer {
  public:
-  /// `store` and `sink` must outlive the server, `config` until Listen. `info` is called on the
-  /// server's thread.
+  /// `store` and `sink` must outlive the server; `config` must stay valid until Listen. `info` is
+  /// called on the server's thread when a client reads the gateway's status block.
   ModbusServer(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                std::function<GatewayFigures()> info, ModbusLimits limits = {},
                const ModbusLinks& links = {});
@@ -68,35 +72,42 @@ class ModbusServer {
   ModbusServer(const ModbusServer&) = delete;
   ModbusServer& operator=(const ModbusServer&) = delete;
 
-  /// Opens all ports of modbus.listen or none. The error contains the port and the reason. A serial
-  /// port that is absent is opened when it appears.
+  /// Opens all ports of modbus.listen; if one fails, opens none. The error is e.g. "127.0.0.1:1502:
+  /// address already in use; …". A serial port that is absent is not an error: it is opened when it
+  /// appears.
   Status Listen(asio::io_context& io);
 
   // A reload calls in this order: OpenPort for new entries, Apply, ClosePorts, Finish.
 
-  /// The error contains the reason without the listener's address.
+  /// Checks that the module for the listener's framing is loaded. The error contains the reason
+  /// without the listener's address.
   Status CanServe(const config::Listener& listener) const;
-  /// Any thread may call it. Clients that connect to a TCP port wait for Apply; if the port is
-  /// destroyed instead, it closes. A serial port is opened by Finish.
+  /// Opens the port of a new entry; any thread may call it. Clients that connect to a TCP port wait
+  /// until the port was passed to Apply; if the port is destroyed instead, it closes. A serial port
+  /// is opened later, by Finish.
   Result<ListenerPort> OpenPort(const config::Listener& listener,
                                 PassedSockets* passed = nullptr) const;
   using Ended = std::vector<std::shared_ptr<SerialListener>>;
-  /// Replaces units, points, lines, routes and listeners; clients of changed listeners are
-  /// disconnected. A port that is not open is tried again each second. Returns ended serial ports.
+  /// Replaces units, points, lines and routes, by their indices in the store, then the listeners.
+  /// Clients of changed or removed listeners are disconnected. An entry whose port is not open is
+  /// tried again each second. Returns the serial ports that have ended.
   Ended Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
               const Renewal& renewal);
   /// Closes the serial ports that Apply returned; any thread may call it. A driver can take long.
   static void ClosePorts(const Ended& ended);
   void Finish(Ended ended);
-  /// One sentence per closed port, e.g. "listener 0.0.0.0:502: address already in use; …".
+  /// Returns a sentence for each entry whose port is not open (it is tried again each second):
+  /// "listener 0.0.0.0:502: address already in use; …".
   std::vector<std::string> Missing() const;
 
   /// Closes ports and clients. Writes in progress continue, but are not answered.
   void Stop();
 
-  /// 0: the port is closed, or the listener is serial. `listener`: the index in modbus.listen.
+  /// Returns the TCP port of the listener with this index in modbus.listen; 0: the port is closed,
+  /// or the listener is serial.
   std::uint16_t port(std::size_t listener = 0) const;
-  /// E.g. "Modbus TCP on 0.0.0.0:502, a Modbus master on /dev/ttyS1"; empty: no port is open.
+  /// Returns e.g. "Modbus TCP on 0.0.0.0:502, a Modbus master on /dev/ttyS1"; empty: no port is
+  /// open.
   std::string Summary() const;
   ModbusCounters counters() const { return shared_->counters().Snapshot(); }
   /// Returns the state of clients and routes. Any thread may call it.
@@ -111,7 +122,8 @@ class ModbusServer {
     std::string why_not{};  ///< why no client can connect; empty: clients can connect
     bool is_begun = false;
   };
-  /// Each second: tries to open missing ports, and checks that open ports have their addresses.
+  /// Tries to open missing ports, and checks that this machine still has the addresses of open
+  /// ports. Runs each second.
   void Look();
   Status LookAt(Place& place) const;
   void BeginTcp();

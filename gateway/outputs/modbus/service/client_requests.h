@@ -1,9 +1,12 @@
 // `ClientRequests` handles the requests of one client, over TCP or a serial line: it decides
-// whether a request is permitted, and whether the gateway or a route answers it. All on the
-// server's thread; the time is an argument. `ClientWire` and `ClientReplies` send replies,
-// `LocalRequests` and `RoutedRequests` handle requests, `PendingRequests` lists unanswered ones,
-// and `Permits` checks `permit`. Clients share `ServerShared`; other threads use only its book and
-// the snapshot of its counters.
+// whether a request is permitted, and whether the gateway or a route answers it. Whole frames in
+// Modbus TCP form come from gateway/outputs/modbus/server/client_session.cpp (sockets) and
+// gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); replies go back to them.
+// Everything runs on the server's thread; the time is an argument.
+// `ClientWire` and `ClientReplies` send replies to the client, `LocalRequests` and `RoutedRequests`
+// handle requests, `PendingRequests` lists requests that are not answered yet, and `Permits` checks
+// `permit`. `ServerShared` contains everything that all clients share; other threads use only its
+// book and the snapshot of its counters. `ModbusLinks` is passed to the server by the main program.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,13 +37,15 @@
 
 namespace baudgate::modbus {
 
-// Passes results from a line's thread to the server's thread. It can outlive the server, because
-// lines answer late; tasks that are posted after Close are dropped.
+// `Inbox` passes results of writes and routed requests from a line's thread to the Modbus server's
+// thread. It can outlive the server, because lines answer late; tasks that are posted after Close
+// are dropped.
 class Inbox {
  public:
   using Clocks = std::function<Now()>;
 
-  /// Posted tasks run on `io`; each gets the result of `clocks()` at the time when it runs.
+  /// From now on, posted tasks run on `io`. Each task gets the result of `clocks()` at the time
+  /// when it runs.
   void Open(asio::io_context& io, Clocks clocks) {
     const MutexLock lock(mutex_);
     io_ = &io;
@@ -72,7 +77,8 @@ struct ModbusLimits {
   double client_share = 1;  ///< share of each listener's max_clients that is allowed to connect
 };
 
-/// Parts of the gateway that routes, framings, events and alarms need. All must outlive the server.
+/// The parts of the gateway besides the store that routes, serial framings, events and alarms need.
+/// All must outlive the server.
 struct ModbusLinks {
   /// The lines, by index in config.lines; empty: no route leads to a line.
   std::vector<bus::RouteTarget*> lines;
@@ -84,20 +90,24 @@ struct ModbusLinks {
   OnRoutedReport routed{};                ///< gets the result of each routed request; can be null
 };
 
-// ServerShared contains the parts that all clients of a Modbus server share.
+// `ServerShared` contains the parts that all clients of a Modbus server share: units, routes, the
+// traffic book, the inbox of the server's thread, limits and counters.
 class ServerShared {
  public:
   ServerShared(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                std::function<GatewayFigures()> info, ModbusLimits limits,
                const ModbusLinks& links = {});
 
-  /// Clients and their pending requests stay. `routes`: the old index of each route (Origins).
+  /// Applies the configuration of a reload. Clients and their pending requests stay. `routes`: the
+  /// old index of each route (Origins).
   void Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
              const Origins& routes);
-  /// Sets the share of max_clients that can be connected. Connected clients stay.
+  /// Sets the share of each listener's max_clients that is allowed to be connected. It applies to
+  /// new clients; clients that are connected stay.
   void SetClientShare(double share) { limits_.client_share = share; }
 
-  /// Accepts answers from now on, and creates the remote servers. `clocks`: see Inbox.
+  /// Accepts answers of lines and servers from now on, and creates the remote servers of the
+  /// routes. `clocks`: see Inbox.
   void Open(asio::io_context& io, Inbox::Clocks clocks);
   /// From now on, answers of lines and servers are dropped.
   void CloseInbox() { inbox_->Close(); }
@@ -125,24 +135,30 @@ class ServerShared {
   const std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
 };
 
-// Sends replies to one client, at once or later, on the server's thread only.
+// `ClientWire` sends replies to one client. A session implements it, so that requests can be
+// answered at once or later. It is used on the server's thread only.
 class ClientWire {
  public:
-  /// The responder's private copy contains the values during this call only.
+  /// Answers a read from the store. The responder's private copy contains the values during this
+  /// call only.
   virtual void Answer(const ModbusRequest& request, Responder& responder, Instant now) = 0;
-  /// A whole frame in Modbus TCP form, e.g. a confirmed write, an exception or a routed reply.
+  /// Sends a whole frame in Modbus TCP form, e.g. a confirmed write, an exception or a routed
+  /// reply.
   virtual void Answer(View frame, Instant now) = 0;
-  /// The request gets no reply (e.g. a broadcast): a serial session handles the next request.
+  /// To be called when a request gets no reply (a broadcast, a silent listener): a serial session
+  /// then handles the next request.
   virtual void AnswerNothing(Instant now) = 0;
-  /// Requests a call of Sweep at the time `at` or earlier; earlier requests stay valid.
+  /// Requests that Sweep is called at the time `at` or earlier. A later call does not cancel an
+  /// earlier one.
   virtual void SweepAt(Instant at) = 0;
 
  protected:
   ~ClientWire() = default;
 };
 
-// Sends and counts the replies to one client. It decides which exceptions a silent listener does
-// not send, and which requests get no reply. Server's thread only.
+// `ClientReplies` sends the replies to one client and counts bytes, functions, exceptions and
+// pending requests in the traffic book. It decides which exceptions a silent listener does not
+// send, and which requests get no reply. It is used on the server's thread only.
 class ClientReplies {
  public:
   /// `listener`, `wire` and `counters` must outlive this object until Close.
@@ -159,7 +175,8 @@ class ClientReplies {
   void AnswerNothing(Instant now) { wire_.AnswerNothing(now); }
   void Refuse(View frame, ExceptionCode exception, Instant now);
   void CountException();
-  /// False: `request` is a broadcast on a serial framing.
+  /// False if the client waits for no reply to `request`, because it is a broadcast on a serial
+  /// framing.
   bool IsAwaited(View request) const;
 
   /// Counts a pending request, and requests that the client is swept at `limit`.
@@ -168,7 +185,8 @@ class ClientReplies {
 
   /// Counts that the client uses the framing `heard` instead of the configured one.
   void HeardOther(Framing heard, WallTime at);
-  /// Removes the client, which has left, from the book. The wire is not called after Close.
+  /// To be called when the client has left: removes the client from the book. The wire is not
+  /// called after Close.
   void Close() { book_->Leave(*record_); }
 
  private:
@@ -183,13 +201,15 @@ class ClientReplies {
 };
 
 struct PendingRequest {
-  /// At the deadline, the line answers requests that it has not sent. The server answers one that
-  /// is still on the wire this much later; the record of a write still gets the line's result.
+  /// At the deadline, the line answers requests that it has not sent, and writes that wait for
+  /// their confirmation. If a request is still on the wire then, the server answers it this much
+  /// later; the record of a write still gets the result that the line reports.
   static constexpr Duration kGrace = 20ms;
 
   std::uint64_t number = 0;
   Instant deadline;
-  /// Up to the function code, and for a write, all bytes that a good reply repeats.
+  /// The first bytes of the request: up to the function code, and for a write, all bytes that a
+  /// good reply repeats.
   Bytes frame;
   std::size_t route = 0;   ///< number of the route of a routed request
   bool abandoned = false;  ///< the request is carried out, but not answered
@@ -200,7 +220,8 @@ struct PendingRequest {
 
 class PendingRequests {
  public:
-  /// Beyond this number, requests of one client are answered "busy".
+  /// The most requests of one client that can wait for lines and servers; further requests are
+  /// answered "busy".
   static constexpr std::size_t kMost = 32;
 
   std::uint64_t NextNumber() { return next_number_++; }
@@ -218,11 +239,13 @@ class PendingRequests {
   std::uint64_t next_number_ = 0;
 };
 
-// Requests of one client to the gateway's own units: reads are answered at once, writes when they
-// have ended or their deadline has passed. Server's thread only.
+// `LocalRequests` handles the requests of one client that the gateway answers from its own units:
+// reads at once, writes when they have ended or their deadline has passed. It is used on the
+// server's thread only.
 class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
  public:
-  /// `listener` and `units` must outlive this object until Close.
+  /// `listener` and `units` must outlive this object until Close. `write_deadline`: see
+  /// ModbusLimits.
   LocalRequests(const config::Listener& listener, OwnUnits& units, std::shared_ptr<Inbox> inbox,
                 std::shared_ptr<ClientReplies> replies, Duration write_deadline);
 
@@ -235,7 +258,8 @@ class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
 
   void Sweep(const Now& now);
   std::optional<Instant> Deadline() const { return pending_.Deadline(); }
-  /// Drops pending writes without a reply. Writes that were not sent to the device are not sent.
+  /// Drops all pending writes without a reply. Writes that were not sent to the device yet are not
+  /// sent.
   void Abandon();
   /// To be called when the client has left: removes its writes and its selections.
   void Close();
@@ -251,15 +275,17 @@ class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
   const std::shared_ptr<ClientReplies> replies_;
   const Duration write_deadline_;
   PendingRequests pending_;
-  /// Abandon sets this flag, which writes since the last Abandon share. Null: no writes.
+  /// A flag that all writes since the last Abandon share; Abandon sets it. Null: there were no
+  /// writes.
   std::shared_ptr<std::atomic<bool>> abandoned_;
 };
 
-// Requests of one client to slaves, unchanged, and broadcasts. Server's thread only.
+// `RoutedRequests` handles the requests of one client that are passed to slaves unchanged, and
+// broadcasts. It is used on the server's thread only.
 class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
  public:
-  /// References must outlive this object until the last Abandon. `priority` is used for functions
-  /// without a configured priority.
+  /// `listener` and `router` must outlive this object until the last call of Abandon. `priority` is
+  /// used for functions for which the listener configures no priority.
   RoutedRequests(const config::Listener& listener, Router& router, std::shared_ptr<Inbox> inbox,
                  std::shared_ptr<ClientReplies> replies, config::Priority priority);
 
@@ -272,7 +298,8 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
 
   void Sweep(const Now& now);
   std::optional<Instant> Deadline() const { return pending_.Deadline(); }
-  /// Drops pending requests without a reply. Requests that were not sent are not sent.
+  /// Drops all pending requests without a reply. Requests that were not sent to the slave yet are
+  /// not sent.
   void Abandon();
   std::size_t outstanding() const { return pending_.size(); }
   std::size_t broadcasts() const { return broadcasts_; }
@@ -292,7 +319,8 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
   std::size_t broadcasts_ = 0;
 };
 
-/// Only by function code: WriteGate decides which points can be written.
+/// True if clients with this permission are allowed to use the function code.
+/// gateway/bus/writes/write_gate.h decides which points can be written.
 bool Permits(config::Permit permit, std::uint8_t function);
 
 class ClientRequests {
@@ -301,19 +329,22 @@ class ClientRequests {
   ClientRequests(const config::Listener& listener, ServerShared& shared, ClientWire& wire,
                  const std::string& peer, config::Priority priority, const Now& now);
 
-  /// Handles one whole frame with its MBAP header. `wire` is called exactly once for it, now or
-  /// later, unless it is abandoned.
+  /// Handles one whole frame, including the MBAP header. `wire` is called exactly once for it, now
+  /// or later, unless the request is abandoned before.
   void Handle(View frame, const Now& now);
   /// True if a device, the gateway or a route answers for this unit.
   bool Serves(std::uint8_t unit) const { return router_.WayOf(unit).kind != Way::Kind::none; }
-  /// A reply can close the client, but must not destroy this object.
+  /// Answers requests whose deadline has passed. A reply can close the client, but must not destroy
+  /// this object.
   void Sweep(const Now& now);
-  /// The client waits for none of its requests. Requests that were not sent to a device are not
-  /// sent: RouteTarget::Abandon removes routed ones, WriteCommand::abandoned stops writes.
+  /// To be called when the client no longer waits for any of its requests. Drops the requests
+  /// without a reply. Requests that were not sent to a device yet are not sent:
+  /// RouteTarget::Abandon removes routed requests, WriteCommand::abandoned stops writes.
   void Abandon();
   void HeardOther(Framing heard, WallTime at) { replies_->HeardOther(heard, at); }
-  /// The client has left. Calls Abandon, and removes its selections, its first event and its entry
-  /// in the book. The wire is not called after Close.
+  /// To be called when the client has left. Calls Abandon, and removes the client's selections, its
+  /// first event (OwnUnits::Forget) and its entry in the traffic book. The wire is not called after
+  /// Close.
   void Close();
 
   std::size_t outstanding() const { return local_->outstanding() + routed_->outstanding(); }

@@ -95,8 +95,9 @@ void CompareRoutes(const std::vector<Route>& running, const std::vector<Route>& 
 bool IsAny(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
 bool IsIpv6(const std::string& host) { return host.find(':') != std::string::npos; }
 
-/// True if one address cannot be bound while the other is open: Linux binds no port at all
-/// addresses while it is open at one, and vice versa. "::" includes IPv4; "0.0.0.0" excludes IPv6.
+/// True if one address cannot be bound while the other is open: while a socket listens on a port at
+/// one address, Linux does not bind this port at all addresses, and vice versa. "::" includes IPv4;
+/// "0.0.0.0" does not include IPv6.
 bool Blocks(const Listener& one, const Listener& other) {
   if (one.is_serial() || other.is_serial() || one.port != other.port || one.port == 0) return false;
   if (one.host == "::" || other.host == "::") return true;

@@ -49,14 +49,15 @@ struct ModbusDifference {
   std::vector<ListenerChange> listeners;
   std::vector<RouteChange> routes;
   bool route_order = false;  ///< the unchanged routes have another order than before
-  /// Listeners that need a restart, because their port can be opened only after another is closed:
-  /// "modbus.listen from 10.0.0.1:502 to 0.0.0.0:502".
+  /// Sentences about listeners that need a restart of the gateway, because their port can be opened
+  /// only after another is closed: "modbus.listen from 10.0.0.1:502 to 0.0.0.0:502".
   std::vector<std::string> restart;
 };
 
 ModbusDifference CompareModbus(const config::Modbus& running, const config::Modbus& next);
 
-/// E.g. "listener 127.0.0.1:1502: differs in write; its 3 clients are disconnected", or empty.
+/// Returns e.g. "listener 127.0.0.1:1502: differs in write; its 3 clients are disconnected". Empty
+/// if nothing changed.
 std::string SentenceOf(const ListenerChange& change);
 std::string SentenceOf(const RouteChange& change);
 

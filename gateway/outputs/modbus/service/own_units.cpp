@@ -35,7 +35,8 @@ bool AckRegister::IsFor(const ModbusRequest& request) {
          request.start + request.count <= kAckRegister + 2;
 }
 
-/// A record in the form of a write to a point with the name "alarms".
+/// Returns a record of an acknowledgement. It has the form of a write to a point with the name
+/// "alarms".
 audit::WriteRecord AckRegister::RecordOf(const ModbusRequest& request, const UnitMap& unit,
                                          const bus::Writer& writer) const {
   audit::WriteRecord record;
@@ -220,7 +221,8 @@ ExceptionCode OwnUnits::ReadGateway(const ModbusRequest& request) {
   return kNoException;
 }
 
-/// The unit of a device shows the device's events, one of the gateway those of all devices.
+/// Fills the registers of the event block. The unit of a device shows the device's events, a unit
+/// of the gateway the events of all devices.
 void OwnUnits::FillEvents(const ModbusRequest& request, const UnitMap& unit, std::uint64_t client) {
   const auto piece = std::ranges::find(pieces_, Area::events, &Piece::area);
   if (piece == pieces_.end()) return;

@@ -1,6 +1,7 @@
-// `OwnUnits` answers requests for the units that the server serves itself, on the server's thread:
-// devices, from the point store, and the gateway. `EventWindow` and `AckRegister` are registers for
-// events and alarms.
+// `OwnUnits` answers requests for the units that the Modbus server serves itself: devices of the
+// gateway, from the point store, and the gateway. client_requests.cpp passes the requests, on the
+// server's thread. `EventWindow` and `AckRegister` are the registers for events and alarms, and
+// `ExceptionOf` returns the exception for a failed write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,8 +31,10 @@
 
 namespace baudgate::modbus {
 
-// The number of the first event to show, for each client and unit: the client writes it, then reads
-// the event block. It is used on the server's thread only.
+// `EventWindow` contains, for each client and unit, the number of the first event to show. The
+// client writes the number, and then reads the event block of
+// gateway/outputs/modbus/registers/register_contents.h. EventWindow is used on the server's thread
+// only.
 class EventWindow {
  public:
   /// `events` null: no events are recorded.
@@ -42,7 +45,8 @@ class EventWindow {
   void SetFirst(std::uint64_t client, std::uint8_t unit, std::uint32_t first) {
     firsts_[{client, unit}] = first;
   }
-  /// `source`: the device whose events are shown; nothing: events of all devices.
+  /// Returns the event block. `source`: the device whose events are shown; nothing: events of all
+  /// devices.
   EventBlock Show(std::uint64_t client, std::uint8_t unit,
                   std::optional<events::Source> source) const;
   void Forget(std::uint64_t client);
@@ -53,21 +57,24 @@ class EventWindow {
   std::map<std::pair<std::uint64_t, std::uint8_t>, std::uint32_t> firsts_;
 };
 
-// The register that acknowledges alarms, 9096 of every unit. A client writes the number of the
-// alarm's event (its low 32 bits), or all bits set for all alarms. A device's unit acknowledges the
-// device's alarms, the gateway's units those of all devices.
+// `AckRegister` is the register that acknowledges alarms, 9096 of every unit. A client writes the
+// number of the event that raised the alarm (its low 32 bits), or all bits set for all alarms. The
+// unit of a device acknowledges the device's alarms; the units of the gateway acknowledge alarms of
+// all devices.
 class AckRegister {
  public:
   static constexpr std::uint32_t kAll = 0xFFFFFFFF;
 
-  /// References must outlive this object. `alarms` and `log` can be null.
+  /// References and pointers must outlive this object. `alarms` null: there are no alarms. `log`
+  /// null: acknowledgements are not recorded.
   AckRegister(const bus::PointStore& store, events::EventSource* alarms, audit::WriteLog* log)
       : store_(store), alarms_(alarms), log_(log) {}
 
   /// True if the request writes to this register and to no other.
   static bool IsFor(const ModbusRequest& request);
-  /// Unless an exception is returned, `done` is called once, on any thread, when it is on the disk.
-  /// kIllegalValue: half a number, or no such alarm waits to be acknowledged.
+  /// Acknowledges alarms. Unless an exception is returned, `done` is called once, on any thread,
+  /// when the acknowledgement is on the disk. kIllegalValue: only half of the number was written,
+  /// or no alarm with this number waits to be acknowledged.
   ExceptionCode Submit(const ModbusRequest& request, const UnitMap& unit, const bus::Writer& writer,
                        Instant now, std::function<void(const WriteResult&)> done);
   /// Records an acknowledgement that was not permitted or not accepted.
@@ -95,7 +102,8 @@ struct Asker {
 
 class OwnUnits {
  public:
-  /// References must outlive this object. `block` returns the gateway's status block.
+  /// References must outlive this object. `block` returns the gateway's status block. `events`
+  /// null: no events are recorded.
   OwnUnits(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
            std::function<GatewayBlock()> block, std::shared_ptr<const events::EventFeed> events,
            const AckRegister& acks);
@@ -104,11 +112,14 @@ class OwnUnits {
 
   /// Checks unit, function, counts and lengths; fills `request` if the result is kNoException.
   ExceptionCode Check(View frame, ModbusRequest& request) const;
-  /// Never waits for a line or the disk. `client` selects the first event to show.
+  /// Fills responder() for the reply, from the point store or the gateway's status block. Never
+  /// waits for a line or the disk. `client`: the number of the client, which selects the first
+  /// event to show.
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
                      std::uint64_t client = 0);
-  /// The first register decides what is written: values, a selection, an acknowledgement, or the
-  /// first event to show. Unless an exception is returned, `done` is called once, on any thread.
+  /// Starts a write. The first register decides what is written: values of points, the selection of
+  /// a point, the acknowledgement of alarms, or the first event to show. Unless an exception is
+  /// returned, `done` is called once, on any thread.
   ExceptionCode Write(const ModbusRequest& request, const Asker& asker, Instant now,
                       std::function<void(const WriteResult&)> done);
   /// Records a write that the caller has denied, with the result `refused`. Does nothing for reads.
@@ -120,7 +131,8 @@ class OwnUnits {
 
  private:
   void MakeImages();
-  /// Answers from the unit's image if it has the whole request and Refresh succeeds; else nothing.
+  /// Answers from the unit's image if it contains the whole request and is up to date or may be
+  /// encoded again; else returns nothing.
   std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
   ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
   ExceptionCode ReadGateway(const ModbusRequest& request);

@@ -1,4 +1,5 @@
 // `RouteTable` finds what answers for a unit: a device, the gateway itself, or a transparent route.
+// It is created again from each configuration, and router.cpp uses it for every request.
 // `RouteList` numbers the routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -55,7 +56,8 @@ struct Way {
   std::uint32_t route = 0;
 };
 
-/// A device with this unit, else the first route that contains it, else the gateway for 0 and 255.
+/// Finds what answers for a unit: a device with this unit, else the first route whose range
+/// contains the unit, else the gateway itself for 0 and 255.
 class RouteTable {
  public:
   RouteTable(const config::Config& config, const RouteList& routes);

@@ -1,6 +1,7 @@
-// `Router` contains the transparent routes: it passes requests on to lines and remote servers,
-// counts them, and records those that can write. All clients share it, on the server's thread.
-// `RouteTargets` are the lines and servers to which routes lead.
+// `Router` contains the transparent routes of a Modbus server: it passes requests on to lines and
+// remote servers, counts each request in the traffic book, and records each request that can write.
+// All clients share it, on the server's thread. `RouteTargets` are the lines and servers to which
+// routes lead, and `RoutedReport` is the result of a routed request.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +26,8 @@
 
 namespace baudgate::modbus {
 
-// The targets of transparent routes: lines, from the main program, and remote servers.
+// `RouteTargets` contains the targets of transparent routes: the lines, which the main program
+// passes, and the remote servers, which Open creates.
 class TrafficBook;
 class Upstream;
 
@@ -43,12 +45,14 @@ class RouteTargets {
   RouteTargets(const RouteTargets&) = delete;
   RouteTargets& operator=(const RouteTargets&) = delete;
 
-  /// Creates or stops the remote servers, one per host and port, on the server's thread.
+  /// Open creates the remote servers, one per host and port; Close stops them. To be called on the
+  /// server's thread.
   void Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book);
   void Close();
 
-  /// To be called after a reload has renewed the routes; lines can have other indices. A server to
-  /// which no route leads any more finishes its requests and closes. Server's thread only.
+  /// To be called at a reload, after the routes were renewed; `lines` can have other indices than
+  /// before. A server to which no route leads any more finishes its requests and closes. To be
+  /// called on the server's thread.
   void Relink(std::span<bus::RouteTarget* const> lines);
 
   bus::RouteTarget* of(std::size_t route) const { return targets_[route]; }
@@ -56,7 +60,8 @@ class RouteTargets {
   bool Submit(bus::RouteTarget& target, bus::RoutedRequest request);
   /// Calls RouteTarget::Abandon of every target that can have requests of this client.
   void Abandon(std::uint64_t client);
-  /// Returns e.g. "drive" or "10.0.0.9:502", from the first route that leads to the target.
+  /// Returns the name of the target, e.g. "drive" or "10.0.0.9:502", from the first route that
+  /// leads to it.
   std::string NameOf(const bus::RouteTarget* target) const;
   std::span<const Line> lines() const { return lines_; }
 
@@ -71,7 +76,8 @@ class RouteTargets {
   const RouteList& routes_;
   asio::io_context* io_ = nullptr;  ///< null: Open was not called
   std::shared_ptr<TrafficBook> book_;
-  /// Servers are never removed, because clients that have used them can still call Abandon.
+  /// Servers are never removed, because clients that have sent requests to them can still call
+  /// Abandon.
   std::map<HostPort, std::unique_ptr<Upstream>> servers_;
   std::vector<bus::RouteTarget*> targets_;  ///< the target of each route, by route number
   std::vector<Line> lines_;
@@ -87,7 +93,8 @@ struct RoutedAsk {
   bool has_room = true;  ///< false: the client has too many pending requests
 };
 
-// RoutedReport is the result of a routed request, for gateway/records/event_path.h.
+// `RoutedReport` is the result of a routed request. It is passed to the part that raises alarms for
+// slaves that do not answer clients (gateway/records/event_path.h).
 struct RoutedReport {
   const config::Route& route;
   std::uint8_t unit = 0;  ///< the unit that the client has addressed
@@ -115,7 +122,8 @@ class Router {
   bus::RouteTarget* TargetOf(std::size_t route) const { return targets_.of(route); }
   std::span<const RouteTargets::Line> lines() const { return targets_.lines(); }
 
-  /// False: the target or the client has too many requests; `request.done` is not called.
+  /// Passes a request to its target. False: the target or the client has too many requests;
+  /// `request.done` is then not called.
   bool Submit(const RoutedAsk& ask, bus::RoutedRequest request, const Now& now);
   /// Counts and records a request that the listener does not permit.
   void Deny(const RoutedAsk& ask, View pdu, const std::string& reason, const Now& now);
@@ -133,7 +141,8 @@ class Router {
   const std::shared_ptr<TrafficBook>& book() const { return book_; }
 
  private:
-  /// Null: the request cannot write, or there is no log.
+  /// Creates the record of a request that can write; null for other requests, or if there is no
+  /// log.
   std::shared_ptr<audit::Witness> WitnessOf(const RoutedAsk& ask, View pdu, bool broadcast,
                                             const Now& now) const;
 

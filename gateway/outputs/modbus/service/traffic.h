@@ -1,5 +1,6 @@
-// `TrafficStatus` contains the counters of the Modbus server for `baudgate status`. The server's
-// thread writes them; any thread can read them.
+// `TrafficStatus` contains the counters of the Modbus server for `baudgate status`: an entry for
+// each client, serial master and route. The server's thread writes the counters; any thread can
+// read them (gateway/outputs/control).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -91,7 +92,8 @@ struct RouteStatus : RouteCounters {
   std::string target;        ///< target of the route, e.g. "line drive" or "server 10.0.0.9:502"
   std::string last_trouble;  ///< reason why the last failed request got no good reply
   WallTime last_trouble_at{};
-  /// Replies of a server that came too late. If several routes lead to one unit, all count it.
+  /// Replies of a server that came after their deadline and were dropped. If several routes lead to
+  /// one unit of a server, a late reply is counted for each of them.
   std::uint64_t late = 0;
   std::map<std::uint8_t, RouteCounters> by_unit;  ///< counters by the unit that clients address
 };
@@ -137,7 +139,8 @@ struct TrafficStatus {
   /// One entry for each listener that had clients with another framing.
   std::vector<OtherSpeaker> others;
   std::vector<FunctionCount> functions;  ///< functions that were used since the start
-  /// In the order of the running file; then an entry for broadcasts, if there were any.
+  /// The routes in the order of the running file; after them an entry for broadcasts, if there were
+  /// any.
   std::vector<RouteStatus> routes;
 };
 

@@ -1,5 +1,8 @@
 // `TrafficBook` contains the counters of clients, serial masters and routes from which
-// TrafficStatus is filled. The server's thread counts; any thread can call Status.
+// TrafficStatus is filled. client_requests.cpp, router.cpp,
+// gateway/outputs/modbus/serial/serial_listener.cpp and
+// gateway/outputs/modbus/upstream/upstream.cpp count on the server's thread;
+// gateway/outputs/modbus/server/modbus_server.cpp returns the numbers on any thread.
 // `FunctionCounters` and `LiveCounters` are the counters of functions and clients.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -25,8 +28,8 @@
 
 namespace baudgate::modbus {
 
-// FunctionCounters counts the functions of a listener, and the exceptions that were the answer.
-// Only the server's thread counts, without a lock; any thread can read.
+// `FunctionCounters` counts how often each function was used at a listener, and which exceptions
+// were the answer. Only the server's thread counts, without a lock; any thread can read.
 class FunctionCounters {
  public:
   /// Counts a request. `exception`: 0 for no exception; codes above 0x0B are counted as 0x0B.
@@ -46,7 +49,8 @@ class FunctionCounters {
   }
 
  private:
-  /// The functions of the standard; all other functions share one counter.
+  /// The functions of the standard, each with its own counter. All other functions share one
+  /// counter.
   static constexpr std::array<std::uint8_t, 19> kFunctions = {
       1, 2, 3, 4, 5, 6, 7, 8, 11, 12, 15, 16, 17, 20, 21, 22, 23, 24, 43};
   static constexpr std::size_t kExceptions = 12;  // exception codes 0 to 0x0B
@@ -111,12 +115,14 @@ enum class RouteOutcome : std::uint8_t {
 
 class TrafficBook {
  public:
-  /// Counts broadcasts that belong to no route, one per line, in place of a route's number.
+  /// A number in place of a route's number: broadcasts that belong to no route are counted under
+  /// it, one broadcast per line.
   static constexpr std::size_t kBroadcasts = std::numeric_limits<std::size_t>::max();
 
   TrafficBook();
 
-  /// Status returns these routes. Requests of removed routes are still counted.
+  /// Sets the routes that Status returns. Requests of removed routes are still counted, but not
+  /// returned.
   void Show(const RouteList& routes);
 
   std::shared_ptr<ClientRecord> Enter(const std::string& peer, const config::Listener& listener,
@@ -130,7 +136,8 @@ class TrafficBook {
   void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
   void Heard(std::size_t master, WallTime at);
   void HeardDamage(std::size_t master);
-  /// Damaged bytes were a request in another framing. True if it is new for this port.
+  /// To be called when damaged bytes were a request in another framing. True if the framing is new
+  /// for this port.
   bool HeardOther(std::size_t master, Framing heard);
   void HeardOther(const std::string& listener, const std::string& peer, Framing heard,
                   Framing expected, WallTime at);
@@ -138,7 +145,8 @@ class TrafficBook {
   void HeardEcho(std::size_t master);
 
   void Asked(std::size_t route, std::uint8_t unit);
-  /// `reply` can be empty if there was no reply, and `at` if the client has left.
+  /// Counts the end of a request. `reply` can be empty if there was no reply, and `at` if the
+  /// client has left.
   void Ended(std::size_t route, std::uint8_t unit, RouteOutcome end, const bus::RoutedReply& reply,
              WallTime at);
 
@@ -152,7 +160,8 @@ class TrafficBook {
 
   mutable Mutex mutex_;
   std::map<std::uint64_t, std::shared_ptr<ClientRecord>> clients_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<std::string, std::shared_ptr<FunctionCounters>> functions_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<std::string, std::shared_ptr<FunctionCounters>> functions_
+      BAUDGATE_GUARDED_BY(mutex_);  // by listener
   std::uint64_t next_client_ BAUDGATE_GUARDED_BY(mutex_) = 1;
   std::map<std::size_t, MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t next_master_ BAUDGATE_GUARDED_BY(mutex_) = 0;

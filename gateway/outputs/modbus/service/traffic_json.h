@@ -1,6 +1,7 @@
-// `TrafficJson` returns Modbus clients, serial masters and transparent routes for `baudgate
-// status`. docs/status-reference.md describes every field; fields are only ever added.
-// `DiagnoseMaster`, `DiagnoseOther` and `DiagnoseRoute` describe problems.
+// `TrafficJson` returns Modbus clients, serial masters and transparent routes as JSON, a part of
+// the answer to `baudgate status`. docs/status-reference.md describes every field; fields are only
+// ever added. `DiagnoseMaster`, `DiagnoseOther` and `DiagnoseRoute` describe each problem in one
+// sentence.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,14 +15,17 @@
 namespace baudgate::modbus {
 
 /// Returns
-/// {"clients":[…],"masters":[…],"closed":[…],"other_framing":[…],"routes":[…],"labels":{…}}. With
-/// `line`, only the routes that lead to it are included.
+/// {"clients":[…],"masters":[…],"closed":[…],"other_framing":[…],"routes":[…],"labels":{…}}. If
+/// `line` is not empty, only the routes that lead to this line are included; the other arrays are
+/// empty.
 nlohmann::ordered_json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line,
                                    Now now);
 
-/// A silent master has stopped polling, because panels and PLCs poll all the time.
+/// A master that has sent no request for this time has stopped polling, because panels and PLCs
+/// poll all the time.
 inline constexpr Duration kSilentMaster = 1min;
-/// More damaged frames are reported; occasional disturbances cause less.
+/// A share of damaged frames above this limit is reported, because occasional disturbances cause
+/// less.
 inline constexpr double kNotableDamage = 0.01;
 
 /// Returns sentences about problems with a master; empty: its requests arrive undamaged.

@@ -33,7 +33,8 @@ bool Upstream::Link::Submit(bus::RoutedRequest request) {
 }
 
 void Upstream::Link::Abandon(std::uint64_t client) {
-  // dispatch() runs Drop at once on the server's thread, before the client's next request.
+  // dispatch() and not post(): on the server's thread Drop runs at once, before the client's next
+  // request is handled.
   asio::dispatch(io_, [self = shared_from_this(), client] { self->Drop(client); });
 }
 
@@ -130,8 +131,9 @@ void Upstream::Link::RefusePaused(Instant now) {
   }
 }
 
-/// If a part of a late reply was received, the connection is renewed: if the rest never came, the
-/// beginning of the next reply would be taken for it.
+/// Answers expired requests. If a part of a reply has been received that can only be late, the
+/// connection is renewed: if the rest never came, the beginning of the next reply would be taken
+/// for it.
 void Upstream::Link::ExpireSent(Instant now) {
   const std::vector<Sent> expired = on_wire_.TakeExpired(now);
   for (const Sent& sent : expired) {
@@ -174,8 +176,8 @@ void Upstream::Link::OnConnected() {
   Work();
 }
 
-/// If the connection ends between two frames, the server has read none of the later requests, so
-/// the reads among them are sent again.
+/// Handles the end of the connection. If it ends between two frames, the server has read none of
+/// the later requests, so the reads among them are sent again.
 void Upstream::Link::OnBroken(const std::string& reason) {
   const Instant now = clock_();
   if (connection_->connected() && !connection_->in_frame()) {
@@ -267,7 +269,8 @@ void Upstream::Link::OnFrame(View frame) {
     return sent->Answer(Outcome::unexpected, {},
                         name_ + " answered for unit " + std::to_string(unit));
   }
-  // The id has identified the request. The client checks all but exception and function code.
+  // The id has identified the request of this reply. Exception and function code are checked here;
+  // the client checks the rest.
   const View pdu = PduOf(frame);
   const bool refused = pdu[0] == (sent->function() | kExceptionBit) && pdu.size() == 2;
   if (refused) return sent->Answer(Outcome::refused, pdu, "");

@@ -49,7 +49,8 @@ namespace {
 
 using asio::ip::tcp;
 
-/// The loss of a server that vanishes silently is detected within half a minute.
+/// Sets timeouts so that the loss of a server that vanishes silently is detected within half a
+/// minute.
 void WatchPeer(tcp::socket& socket) {
   const auto set = [fd = socket.native_handle()](int level, int name, auto value) {
     (void)setsockopt(fd, level, name, &value, sizeof value);
@@ -99,8 +100,8 @@ void UpstreamConnection::Begin() {
   owner_->OnConnected();
 }
 
-/// If the kernel has no space for a few hundred bytes, the server does not read: an error. Bytes
-/// are not queued, because they would be sent after their deadlines.
+/// Sends a frame. If the kernel has no space for a few hundred bytes, the server does not read, so
+/// this is an error. Bytes are not queued here, because they would be sent after their deadlines.
 Status UpstreamConnection::Send(View frame) {
   asio::error_code error;
   const std::size_t count = socket_.write_some(asio::buffer(frame.data(), frame.size()), error);
@@ -113,7 +114,8 @@ void UpstreamConnection::Close() {
   owner_ = nullptr;
   look_up_ = {};
   asio::error_code ignored;
-  // A reset, so that neither kernel later delivers a request that was reported as lost.
+  // Closes with a reset, so that neither kernel later delivers a request that was reported to a
+  // client as lost.
   socket_.set_option(asio::socket_base::linger(true, 0), ignored);
   socket_.close(ignored);
 }

@@ -1,6 +1,7 @@
-// `Upstream::Link` is the implementation of Upstream. `UpstreamQueue` contains requests that wait;
-// those on the wire are in requests_on_wire.h. `Reconnect` and `UnitPauses` decide about pauses,
-// and `UpstreamConnection` is one TCP connection.
+// `Upstream::Link` is the implementation of Upstream: the connection to one remote server.
+// `UpstreamQueue` contains requests that wait to be sent; requests that were sent are in
+// requests_on_wire.h. `Reconnect` decides when a connection may be attempted, `UnitPauses` decides
+// which units get no requests for a while, and `UpstreamConnection` is one TCP connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,11 +33,12 @@
 
 namespace baudgate::modbus {
 
-// Reconnect decides when the next request may open a connection. The time is an argument.
+// `Reconnect` decides when the next request may open a connection to a remote server, and stores
+// the reason of the last failure. The time is an argument.
 class Reconnect {
  public:
-  /// A server that returns is found at the first request after the pause, which is short because
-  /// only a request makes the gateway connect again.
+  /// The longest pause after a failure. It is short, because only a request makes the gateway
+  /// connect again: a server that returns is found at the first request after the pause.
   static constexpr Duration kLongestPause = std::chrono::seconds(5);
 
   explicit Reconnect(std::uint32_t seed) : ladder_(seed) {}
@@ -45,15 +47,17 @@ class Reconnect {
     trouble_.clear();
     ladder_.Reset();
   }
-  /// The next request opens a new connection: at once if the server had `accepted` this one, else
-  /// after a pause. Returns true if `why` differs from the last reason.
+  /// To be called when the connection has ended or could not be opened. The next request opens a
+  /// new connection: at once if the server had `accepted` this connection, else after a pause.
+  /// Returns true if `why` differs from the last reason.
   bool OnBroken(bool accepted, const std::string& why, Instant now) {
     may_at_ = accepted ? Instant::min() : now + std::min(ladder_.Next(), kLongestPause);
     return std::exchange(trouble_, why) != why;
   }
 
   bool MayConnect(Instant now) const { return now >= may_at_; }
-  /// Returns why the last connection failed or ended; empty: connected, or never attempted.
+  /// Returns why the last connection failed or ended; empty: the server is connected, or no
+  /// connection was attempted yet.
   const std::string& trouble() const { return trouble_; }
 
  private:
@@ -62,8 +66,9 @@ class Reconnect {
   std::string trouble_;
 };
 
-// UnitPauses lists the units that get no requests for a while, because the server then closes the
-// connection, which all units share. The time is an argument.
+// `UnitPauses` lists the units of a server that get no requests for a while, because the server
+// closes the connection, which all units share, when it gets a request to such a unit. The time is
+// an argument.
 class UnitPauses {
  public:
   /// The first pause is 0.5 s; each further pause is twice as long, up to kLongest.
@@ -71,8 +76,9 @@ class UnitPauses {
   static constexpr Duration kLongest = std::chrono::seconds(5);
 
   void OnAnswer(std::uint8_t unit) { units_[unit] = {.answers = true}; }
-  /// A request to the unit has ended the connection twice. A unit that has answered since its last
-  /// such request gets no pause, because other clients use it successfully.
+  /// To be called when a request to the unit has ended the connection twice. A unit that has
+  /// answered since its last request of this kind gets no pause, because other clients use it
+  /// successfully.
   void OnClosed(std::uint8_t unit, Instant now) {
     State& state = units_[unit];
     if (state.answers) {
@@ -93,10 +99,12 @@ class UnitPauses {
   std::array<State, 256> units_{};
 };
 
-/// Requests that wait for one remote server. Any thread may call Submit, one thread the rest.
+/// `UpstreamQueue` contains the requests that wait for one remote server. Any thread may call
+/// Submit; all other functions must be called on one thread.
 class UpstreamQueue final : public bus::RouteQueue {
  public:
-  /// Requests that can wait to be sent; beyond this number only some short writes can.
+  /// The number of requests that can wait to be sent; beyond this number only some short writes are
+  /// accepted.
   static constexpr std::size_t kMostWaiting = 512;
 
   enum class Entry : std::uint8_t {
@@ -110,10 +118,11 @@ class UpstreamQueue final : public bus::RouteQueue {
   void Open();
   /// Queues the requests that other threads have submitted. False: the queue is closed.
   bool Gather();
-  /// Queues the submitted requests a last time. False: the queue was closed already.
+  /// Queues the submitted requests a last time, and accepts no more requests. False: the queue was
+  /// closed already.
   bool Close();
-  /// To be called after requests were taken and before they are answered, because a client can
-  /// submit its next request as soon as it is answered.
+  /// Updates the length that Submit checks. To be called after requests were taken and before they
+  /// are answered, because a client can submit its next request as soon as it is answered.
   void Count() { queued_ = size(); }
 
  private:
@@ -125,21 +134,26 @@ class UpstreamQueue final : public bus::RouteQueue {
   std::atomic<std::size_t> queued_ = 0;  // length of the queue without incoming_
 };
 
-// UpstreamConnection looks up the name, connects, and sends and receives whole frames.
+// `UpstreamConnection` is one connection to a Modbus TCP server: it looks up the name, connects,
+// and sends and receives whole frames. upstream.cpp creates it and interprets the frames.
 
-/// Only for the thread of the io_context. Pending operations keep the object alive.
+/// All functions must be called on the thread that runs the io_context. Pending operations keep the
+/// object alive.
 class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnection> {
  public:
-  /// Callbacks are never made from within a call, and can close the connection.
+  /// Receives the callbacks, which are never made from within a call of the connection. The owner
+  /// can close the connection from within a callback.
   class Owner {
    public:
     virtual void OnConnected() = 0;
     /// Called for each frame. OnFramesRead is called after all frames that arrived together.
     virtual void OnFrame(View frame) = 0;
     virtual void OnFramesRead() = 0;
-    /// The length of the PDU of the frame that begins with `head` (see MbapAssembler::Length).
+    /// Returns the length of the PDU of the frame that begins with `head` (see
+    /// MbapAssembler::Length).
     virtual std::size_t LengthOf(View head, std::size_t told) const = 0;
-    /// The connection must not be used any more. `reason` completes a sentence about the server.
+    /// Called when the connection has failed; it must not be used any more. `reason` completes a
+    /// sentence that begins with the server's name.
     virtual void OnBroken(const std::string& reason) = 0;
 
    protected:
@@ -152,11 +166,14 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
           return owner_ == nullptr ? told : owner_->LengthOf(head, told);
         }) {}
 
-  /// To be called once. There is no timeout; Close ends the attempt.
+  /// Looks up the name and connects. To be called once. There is no timeout; Close ends the
+  /// attempt.
   void Open(const std::string& host, std::uint16_t port);
-  /// Returns an error if the kernel does not accept the whole frame now.
+  /// Passes the whole frame to the kernel. Returns an error if the kernel does not accept all of it
+  /// now.
   Status Send(View frame);
-  /// No callback is called any more. Unread bytes are dropped, so that they do not come late.
+  /// Closes the connection; no callback is called any more. Bytes that neither side has read are
+  /// dropped, so that they are not delivered late.
   void Close();
 
   bool connected() const { return connected_; }

@@ -62,7 +62,8 @@ std::size_t MbapAssembler::Size() const {
   return kMbapHeader + length_(Held(), told - kMbapHeader);
 }
 
-/// Searches behind a frame that was shorter than announced; skips what cannot begin a header.
+/// Searches for the next header after a frame that was shorter than its header announced. Skips
+/// only bytes that cannot be the beginning of a header.
 void MbapAssembler::FindHeader() {
   for (; surplus_ > 0; --surplus_, ++begin_) {
     if (Held().size() < kMbapPrefix) return;
@@ -115,7 +116,8 @@ bool IsTcp(View heard) {
   assembler.Commit(count);
   View frame;
   if (assembler.Take(frame) != MbapAssembler::State::frame) return false;
-  // Only functions of known length, because other bytes can look like a header by chance.
+  // Only functions with a known length are accepted, because six bytes of another protocol can look
+  // like a header by chance.
   ModbusRequest request;
   return ParseRequest(frame, request) == kNoException;
 }

@@ -1,8 +1,11 @@
 // `ModbusRequest` is a request in its frame, checked byte for byte before it has any effect.
-// `ClientFraming` cuts the bytes of a client into frames of Modbus TCP, or of RTU or ASCII over
+// `ClientFraming` cuts the bytes of a client into Modbus TCP frames, or RTU or ASCII frames over
 // TCP, and frames the replies; inside the server every frame has its Modbus TCP form.
-// `MbapAssembler` cuts Modbus TCP, and `Frames` lists the protocols. No I/O, no clock.
-// protocols/modbus_pdu/modbus_pdu.h decides which PDUs are valid.
+// `MbapAssembler` cuts Modbus TCP. `Frames` lists the protocols. `OtherFraming` recognises a client
+// that uses another framing. No I/O, no clock. Bytes come from
+// gateway/outputs/modbus/server/client_session.cpp, requests are passed to
+// gateway/outputs/modbus/service/own_units.h. protocols/modbus_pdu/modbus_pdu.h decides which PDUs
+// are valid.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,11 +27,13 @@
 
 namespace baudgate::modbus {
 
-// Cuts bytes into frames; bounded memory. Source: MODBUS Messaging on TCP/IP 1.0b, 3.1.3.
+// `MbapAssembler` cuts the bytes of a Modbus TCP client into frames. No sockets, bounded memory.
+// Source: MODBUS Messaging on TCP/IP 1.0b, 3.1.3.
 
 /// Size of the header in bytes: transaction, protocol, length and unit.
 inline constexpr std::size_t kMbapHeader = 7;
-/// Bytes before the part that the length field counts: the unit and the PDU.
+/// Bytes before the part of a frame that the length field counts. That part is the unit and the
+/// PDU.
 inline constexpr std::size_t kMbapPrefix = 6;
 inline constexpr std::size_t kMaxAdu = 260;
 
@@ -42,20 +47,24 @@ class MbapAssembler {
     malformed,  ///< no frame boundary can be trusted any more: the caller must close the connection
   };
 
-  /// Returns the real length of a PDU, at most `told`, which its header in `head` announces.
+  /// Returns the real length of a PDU in bytes, at most `told`. `head` begins with the frame's
+  /// header, which announces a PDU of `told` bytes.
   using Length = std::function<std::size_t(View head, std::size_t told)>;
 
-  /// `length` is needed for servers that announce more bytes than a frame has: the next header is
-  /// then searched for among them.
+  /// `length` is needed for servers whose header can announce more bytes than the frame has: the
+  /// next header is then searched for among the announced bytes that are not part of the frame.
   explicit MbapAssembler(Length length = {}) : length_(std::move(length)) {}
 
-  /// Space for bytes from the socket, not empty after need_more. Invalidates the last frame.
+  /// Returns the free space for the next bytes from the socket; it is not empty after Take or Peek
+  /// returned need_more. The frame of the last Take becomes invalid.
   std::span<std::uint8_t> Space();
   void Commit(std::size_t count);
 
-  /// True if it holds no byte of the next frame; bytes of the previous one do not count.
+  /// True if the buffer contains no byte of the next frame. Bytes that can still belong to the
+  /// previous frame do not count.
   bool empty() const { return begin_ + surplus_ >= end_; }
-  /// The transaction number of the next frame, if two bytes of it have been received.
+  /// Returns the transaction number of the next frame, if two bytes of the frame have been
+  /// received.
   std::optional<std::uint16_t> transaction() const { return ByteReader(Held()).U16Be(0); }
   State Peek() const;
   /// Returns the next whole frame, including its header, in `frame`; valid until Space is called.
@@ -75,7 +84,8 @@ class MbapAssembler {
   std::array<std::uint8_t, kCapacity> buffer_;
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
-  /// Bytes that the last header announced, but that are not part of its frame.
+  /// Bytes between the last frame and the next header: the last header announced them, but they are
+  /// not part of its frame.
   std::size_t surplus_ = 0;
 };
 
@@ -97,7 +107,8 @@ inline std::uint16_t TransactionOf(View frame) {
 inline Bytes CopyOf(View bytes) { return Bytes(bytes.begin(), bytes.end()); }
 inline View PduOf(View frame) { return frame.subspan(kMbapHeader); }
 
-/// If the request in the frame is invalid, returns the exception for the reply.
+/// Fills `request` from a whole frame (MbapAssembler::Take). If the request is invalid, returns the
+/// exception for the reply.
 ExceptionCode ParseRequest(View frame, ModbusRequest& request);
 
 std::size_t ReplySize(const ModbusRequest& request);
@@ -125,7 +136,8 @@ struct Frames {
 /// The most bytes, from the first received byte on, that are examined.
 inline constexpr std::size_t kMostLookedAt = 520;
 
-/// The framing, other than `expected`, in which `heard` contains a request, if any.
+/// Returns the framing, other than `expected`, in which `heard` contains a request; nothing: no
+/// framing fits.
 std::optional<Framing> OtherFraming(View heard, Framing expected, const Frames& frames);
 
 class ClientFraming {
@@ -136,22 +148,25 @@ class ClientFraming {
 
   virtual std::span<std::uint8_t> Space() = 0;
   virtual void Commit(std::size_t count) = 0;
-  /// The client is silent: the rest of an incomplete frame will not come.
+  /// To be called when the client has been silent for a while: the rest of an incomplete frame will
+  /// not come.
   virtual void Settle() = 0;
 
   /// Returns what Take would return, without taking the frame.
   virtual State Peek() = 0;
-  /// The next whole frame in its Modbus TCP form; valid until the next Space or Take.
+  /// Returns the next whole frame in `frame`, in its Modbus TCP form; valid until the next call of
+  /// Space or Take.
   virtual State Take(View& frame) = 0;
-  /// True if bytes after the last request can become the next one: a reply without a transaction
-  /// number would be taken for the reply to that.
+  /// True if bytes after the last request are, or can become, the next request. A reply without a
+  /// transaction number would then be taken for the reply to the next request.
   virtual bool HoldsMore() = 0;
   virtual std::string_view Defect() const = 0;
 
   /// Appends a reply to `out` in the client's framing. `frame` is the reply in its Modbus TCP form.
   virtual void Append(Bytes& out, View frame) const = 0;
-  /// True if replies contain no transaction number (RTU, ASCII): the next request of a client means
-  /// that it has given up the previous one.
+  /// True if replies contain no transaction number (RTU, ASCII). A client that sends the next
+  /// request has then given up the previous request, and replies differ on the wire from their
+  /// Modbus TCP form.
   virtual bool one_at_a_time() const = 0;
 };
 

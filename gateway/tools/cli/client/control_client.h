@@ -1,4 +1,5 @@
-// `ControlClient` is the client side of the control socket: requests and replies are JSON lines.
+// `ControlClient` is the client side of the control socket, for all commands that need a running
+// gateway. It finds the gateway, sends requests and reads replies, both as JSON lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +18,8 @@ class ControlClient {
  public:
   using Json = nlohmann::ordered_json;
 
-  /// An empty `path`: the only gateway in the default places. The error tells the user what to do.
+  /// Connects to the socket `path`. If `path` is empty, connects to the only gateway that answers
+  /// in the default places. A failure contains a text that tells the user what to do.
   static Result<ControlClient> Connect(const std::string& path);
   ControlClient(ControlClient&& other) noexcept;
   ControlClient& operator=(ControlClient&&) = delete;
@@ -32,7 +34,8 @@ class ControlClient {
   void Send(const Json& request);
 
   enum class Got { line, end, timeout, stopped };
-  /// `until` empty: without limit. Also returns when `stop_descriptor` is readable.
+  /// Waits for a whole line until `until` (empty: without limit), or until `stop_descriptor` is
+  /// readable.
   Got ReadLine(std::string& line, std::optional<Instant> until, int stop_descriptor = -1);
 
  private:
@@ -51,7 +54,8 @@ inline constexpr int kNoDaemon = 4;
 /// Connects to the gateway. If this fails, prints the reason on `err` and returns nothing.
 std::optional<ControlClient> ConnectOrTell(const std::string& socket, std::ostream& err);
 
-/// Waits a limited time. Returns the exit code; prints a failure on `err`.
+/// Sends the request and waits a limited time for its answer. Returns the exit code. A failure is
+/// printed on `err`.
 int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
                ControlClient::Json& answer, std::ostream& err);
 

@@ -90,7 +90,8 @@ struct BillingRow {
 
 using BillingRows = std::map<Key, BillingRow>;
 
-/// 2026-10-31T21:00Z is the first of November at +03:00. For UTC offsets from -11:59 to +12:00.
+/// Returns the meter's local date whose midnight is this UTC time. Example: 2026-10-31T21:00Z is
+/// the first of November at +03:00. Works for UTC offsets from -11:59 to +12:00.
 Day DateOf(WallTime midnight) { return floor<days>(midnight + 12h); }
 
 bool IsWanted(Day date, const HistoryOptions& options) {
@@ -106,7 +107,8 @@ class Reader {
     if (asked_.until) *asked_.until += days(2);
   }
 
-  /// A value that is not recorded is an error only if no value of the device is recorded.
+  /// Reads all billing values of a device and returns the exit code. A value that is not recorded
+  /// is an error only if no value of the device is recorded.
   int Read(std::size_t device, std::ostream& err) {
     bool any = false;
     for (std::size_t period = 0; period < kPeriods.size(); ++period) {
@@ -311,7 +313,8 @@ class HistoryPrinter {
   std::vector<StreamTable::Row> rows_;
 };
 
-/// Named points, and points that match a pattern; each once. Returns the exit code.
+/// Collects the named points, and the points that match a pattern; each point once. Returns the
+/// exit code.
 int PointsOf(const HistoryOptions& options, ControlClient& client, std::ostream& err,
              std::vector<std::string>& points) {
   const auto add = [&points](const std::string& point) {
@@ -354,7 +357,8 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
   }
   HistoryPrinter printer(options, out);
   if (options.csv) printer.PrintCsvHead();
-  // The records of one stream keep their order, even if the clock was set back.
+  // Prints the oldest next record of all streams. The records of one stream keep their order, even
+  // if the clock was set back.
   for (bool any = false;; any = true) {
     HistoryStream* oldest = nullptr;
     std::string time;

@@ -22,7 +22,7 @@ struct HistoryOptions {
   std::optional<Duration> every{};
   bool json = false;
   bool csv = false;
-  bool billing = false;   ///< print billing readings, see RunBilling
+  bool billing = false;   ///< true: print billing readings, see RunBilling
   std::string socket{};   ///< empty: the only gateway that answers in the default places
   std::size_t width = 0;  ///< width of tables, in characters per line; 0: no limit
 };
@@ -36,11 +36,13 @@ class HistoryStream {
  public:
   using Json = ControlClient::Json;
 
-  /// `point` can be LINE.DEVICE.load_1.active_import for a load profile of a meter.
+  /// `client` and `err` must outlive this object. `point`: LINE.DEVICE.POINT, or
+  /// LINE.DEVICE.load_1.active_import for a load profile of a meter.
   HistoryStream(ControlClient& client, const HistoryOptions& options, const std::string& point,
                 std::ostream& err);
 
-  /// Null: no more records. Returns the exit code; prints a failure on `err`.
+  /// Sets `record` to the next record; null: there are no more records. Returns the exit code. A
+  /// failure is printed on `err`.
   int Next(const Json*& record);
   void Pop() { ++at_; }
   /// The files that the gateway could not read so far, with the reasons.
@@ -58,7 +60,8 @@ class HistoryStream {
   bool done_ = false;
 };
 
-// Prints one row for each reading and tariff.
+// `baudgate history --billing`: prints billing readings of meters as a table with one row for each
+// reading and tariff.
 //
 //   meter      reading  date        tariff  import kWh  export kWh  …  quality
 //   meters.m1  month    2026-11-01  all     1500.25     0

@@ -182,7 +182,8 @@ std::string Age(const Json& age) {
   return age.is_null() ? "never" : FormatDuration(std::chrono::milliseconds(age.get<long>()));
 }
 
-/// Marks a value that was read before this request, so that it is not taken for an answer.
+/// Returns the quality of a value. Marks a value that was read before this request, so that users
+/// do not take it for an answer.
 std::string QualityOf(const Json& point, bool read) {
   const std::string quality = point.value("quality_text", "");
   if (read || point.value("fresh", false)) return quality;

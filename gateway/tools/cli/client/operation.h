@@ -1,4 +1,6 @@
-// Subcommands that act on a running gateway.
+// Subcommands that act on a running gateway. RunRelease lends a line's port for a limited time,
+// RunReload and RunConfirm change the configuration, RunRead and RunWrite access points, and
+// RunInUse enables or disables a device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,27 +19,32 @@ struct ReleaseOptions {
   bool end = false;
   std::string socket{};    ///< empty: the only gateway that answers in the default places
   Duration patience = 5s;  ///< how long to wait until the port is closed (or open again)
-  /// Offers the port at this ADDRESS:PORT; empty: to a program on this machine.
+  /// Offers the port over the network at this ADDRESS:PORT; empty: offers it to a program on this
+  /// machine.
   std::string tcp{};
   bool rfc2217 = false;
-  /// Clients' networks, separated by blanks; empty: all.
+  /// Networks whose clients are allowed to connect to `tcp`, separated by blanks; empty: all
+  /// networks.
   std::string allow{};
 };
 
-/// Returns when the port is closed, or with `end` open again. Exit codes: 0 done; 2 unknown line or
-/// a time out of range; 4 no gateway answers, or the port does not close.
+/// Releases the port and returns when it is closed, or with `end` when it is open again, so that a
+/// script can go on. Exit codes: 0 done; 2 unknown line or a time out of range; 4 no gateway
+/// answers, or the port does not close.
 int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& err);
 
 struct ReloadCommand {
   bool dry_run = false;
-  /// Time for the confirmation, else the gateway rolls back; empty: none is needed.
+  /// The configuration must be confirmed within this time, or the gateway rolls it back; empty: no
+  /// confirmation is needed.
   std::optional<Duration> confirm{};
   bool json = false;
   std::string socket;  ///< empty: the only gateway that answers in the default places
 };
 
-/// Exit codes: 0 applied, or with `dry_run` applicable; 2 the file has errors or needs a restart; 4
-/// a port, the gateway or a disk fails. After 2 and 4 nothing was applied.
+/// Exit codes: 0 the configuration is applied, or with `dry_run` it could be applied; 2 the file
+/// has errors or needs a restart; 4 a port cannot be opened, no gateway answers, or a disk fails.
+/// After 2 and 4 nothing was applied.
 int RunReload(const ReloadCommand& options, std::ostream& out, std::ostream& err);
 
 struct ConfirmCommand {
@@ -51,9 +58,11 @@ struct ReadOptions {
   std::string target;  ///< "LINE.DEVICE" or "LINE.DEVICE.POINT"
   bool json = false;
   std::string socket;  ///< empty: the only gateway that answers in the default places
-  /// For a gateway that ends after this answer: no advice, the caller prints a failure.
+  /// True: for a gateway that ends after this answer, so no advice is printed; the caller prints
+  /// the reason of a failure.
   bool passing = false;
-  bool unasked = false;  ///< the device sends unasked: values since the start count as read
+  bool unasked = false;  ///< true: the device sends unasked, so values that came since the
+                         ///< gateway's start count as read
 };
 
 struct WriteOptions {
@@ -66,17 +75,20 @@ struct WriteOptions {
   std::string request{};
 };
 
-/// The exit code if the device did not answer, refused the request, or may not be written.
+/// The exit code when the device did not answer, refused the request, or is not allowed to be
+/// written.
 inline constexpr int kNotDone = 1;
 
 /// Exit codes: 0 all points were read now; kNotDone: some were not; 2 unknown target; 4 no gateway
 /// answers.
 int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err);
 
-/// Exit codes: 0 confirmed; kNotDone: not; 2 unknown target or invalid value; 4 no gateway answers.
+/// Exit codes: 0 the device has confirmed the write; kNotDone: it has not; 2 unknown target, or a
+/// value that the point cannot have; 4 no gateway answers.
 int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err);
 
-// `baudgate enable` and `disable`: start or stop polling a device, until the gateway restarts.
+// `baudgate enable` and `baudgate disable`: start or stop polling a device, until the gateway
+// restarts.
 struct InUseOptions {
   std::string target;  ///< "LINE.DEVICE"
   bool in_use = true;

@@ -32,7 +32,8 @@ struct RecordPages {
   bool follow = false;
   std::optional<Duration> seconds{};  ///< with `follow`: end after this time
   std::string socket{};  ///< empty: the only gateway that answers in the default places
-  /// Returns kNotCurrent if the gateway cannot write the file.
+  /// True: returns kNotCurrent if the gateway cannot write the file, because the records are then
+  /// outdated.
   bool current = false;
   /// True, with `follow`: reads all records again and again, and calls `looked` after each time.
   bool whole = false;
@@ -63,7 +64,8 @@ class Troubles {
   std::string told_;
 };
 
-/// Returns the exit code. Reads again while a gateway that has just started opens its file.
+/// Reads pages, calls `print` with the records of each page (maybe none), and returns the exit
+/// code. A gateway that has just started may still be opening its file; then reads again.
 int ReadPages(const RecordPages& pages, const std::function<void(const Json& records)>& print,
               std::ostream& out, std::ostream& err) {
   const StopSignals signals;
@@ -150,7 +152,8 @@ std::string ValueText(const Json& value) {
 }
 
 struct Kept {
-  /// Example: "trip, read 2026-11-23T12:00:03.120Z"; empty: no values belong to the event.
+  /// Name and state. Example: "trip, read 2026-11-23T12:00:03.120Z"; empty: no values belong to the
+  /// event.
   std::string title{};
   std::vector<std::string> values{};
 };
@@ -229,7 +232,8 @@ class EventPrinter {
   }
 
  private:
-  /// Collects rows with shared column widths. An event with a saved record ends the group.
+  /// Rows are collected and share their column widths. An event with a saved record ends the group,
+  /// and the values of the record are printed below the event.
   void PrintRow(StreamTable::Row row, const Kept& kept) {
     rows_.push_back(std::move(row));
     if (kept.title.empty()) return;
@@ -265,7 +269,8 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// Example: ", channel 3" for an alarm named "3:5"
+/// Returns the channel of a device's event, for an alarm named "CHANNEL:CODE". Example: ", channel
+/// 3" for "3:5".
 std::string ChannelOf(const Json& alarm) {
   const std::string name = FieldText(alarm, "name");
   const std::size_t colon = name.find(':');
@@ -328,7 +333,8 @@ class AlarmPrinter {
   bool any_ = false;
 };
 
-/// Finds changes since the last reading. An alarm that is no longer listed is normal again.
+/// Finds the alarms that have changed since all alarms were read the last time. An alarm that is no
+/// longer listed is normal again.
 class AlarmChanges {
  public:
   void Add(const Json& alarms) {

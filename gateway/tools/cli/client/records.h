@@ -33,7 +33,7 @@ int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err
 
 struct AlarmsOptions {
   bool json = false;
-  bool follow = false;   ///< go on, and print each alarm again whenever it changes
+  bool follow = false;   ///< true: go on, and print each alarm again whenever it changes
   std::string socket{};  ///< empty: the only gateway that answers in the default places
   std::size_t width = 0;
 };

@@ -23,7 +23,8 @@ constexpr std::size_t kParts = 3;      // lines, devices, sentences
 constexpr std::size_t kLeastPart = 4;  // title, two rows, and the number of rows left out
 constexpr std::size_t kNoLimit = 1000;
 
-/// The sort key of a line: the worst tone of it and its devices, then its own tone.
+/// The sort key of a line: the worst tone of the line and its devices; for equal ones, the tone of
+/// the line itself.
 std::pair<Tone, Tone> TroubleOf(const Json& line) {
   Tone worst = ToneOfLine(line);
   for (const Json& device : line.at("devices")) worst = std::max(worst, ToneOfDevice(device));
@@ -47,7 +48,8 @@ std::string FirstLines(const std::string& text, std::size_t count) {
   return text.substr(0, end);
 }
 
-/// Only the first sentence can be cut; others are printed whole or left out.
+/// Returns at most `height` lines. Only the first sentence can be cut; other sentences are printed
+/// whole or left out.
 std::string Sentences(const std::vector<std::string>& sentences, std::size_t width,
                       std::size_t height) {
   std::string text;

@@ -1,4 +1,5 @@
-// `baudgate status`: prints the state of the running gateway; see docs/status.md.
+// `baudgate status`: prints the state of the running gateway as tables with a sentence for each
+// problem, or as JSON; see docs/status.md. RunStatusWatch prints it again and again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,21 +19,24 @@ struct StatusOptions {
   bool json = false;
   std::string socket{};  ///< empty: the only gateway that answers in the default places
   std::optional<TableView> terminal{};  ///< empty: plain text
-  bool watch = false;                   ///< redraw the status, see RunStatusWatch
+  bool watch = false;                   ///< true: redraw the status, see RunStatusWatch
   std::optional<Duration> seconds{};    ///< with `watch`: end after this time
 };
 
 /// Exit codes: 0 done; 2 unknown line or device; 4 no gateway answers.
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err);
 
-/// Returns one screen, the worst troubles first; a part that does not fit ends with the number of
-/// rows left out. Throws a nlohmann exception if the answer is that of another version.
+/// Returns one screen of `status --watch`, the lines and devices with the worst troubles first. A
+/// part that does not fit ends with the number of rows left out. Throws a nlohmann exception if the
+/// answer is that of another version of the gateway.
 std::string RenderStatusFrame(const nlohmann::ordered_json& status, const TableView& view);
 
-/// Divides screen lines: a part that wants less gets what it wants; the other parts share the rest.
+/// Divides `all` screen lines among parts that want `wanted` lines. A part that wants less than its
+/// share gets what it wants; the other parts share the rest.
 std::vector<std::size_t> Shares(std::size_t all, const std::vector<std::size_t>& wanted);
 
-// `baudgate status --watch`: redraws the status until it is stopped; waits for a stopped gateway.
+// `baudgate status --watch`: redraws the status until it is stopped. If the gateway stops, waits
+// for it.
 
 /// `options.terminal` must be set. Exit codes: 0 stopped; 2 unknown line or device; 4 no gateway
 /// answers at the start.

@@ -1,4 +1,5 @@
-// Render the answer to a status request (gateway/outputs/status/status_json.h) as text.
+// Functions that render the answer to a status request (gateway/outputs/status/status_json.h) as
+// text.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,15 +32,20 @@ std::string LineTable(const nlohmann::ordered_json& lines, const TableView& view
 std::string DeviceTable(const nlohmann::ordered_json& lines, const TableView& view,
                         Order order = Order::configured);
 
-/// Example: "substation-7: baudgate 0.1.0, up 2 min, lines: 2, devices: 3, online: 1"
+/// Returns one sentence about the gateway. Example: "substation-7: baudgate 0.1.0, up 2 min, lines:
+/// 2, devices: 3, online: 1".
 std::string HeadSentence(const nlohmann::ordered_json& status);
-/// "DDS domain 0: 3 subscribers, 1234 samples". Empty: DDS is off, or has a problem (see AdviceOf).
+/// Returns one sentence about DDS. Example: "DDS domain 0: 3 subscribers, 1234 samples". Empty if
+/// DDS is off, or has a problem, which AdviceOf then contains.
 std::string DdsSentence(const nlohmann::ordered_json& status);
-/// Example: "DDS took 12 write requests", "DDS let in 12345 datagrams, refused 40: 38 fragments, …"
+/// Returns sentences about received requests and datagrams. Examples: "DDS took 12 write requests",
+/// "DDS let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists".
 std::vector<std::string> DdsTraffic(const nlohmann::ordered_json& status);
-/// Example: "2 alarms active, 1 not acknowledged: see 'baudgate alarms'"
+/// Returns one sentence about alarms. Example: "2 alarms active, 1 not acknowledged: see 'baudgate
+/// alarms'"; empty: there are no alarms.
 std::string AlarmsSentence(const nlohmann::ordered_json& status);
-/// Each sentence after its subject: "bay-1: …", "master on PORT: …", "route 20 to line bay-1: …".
+/// Returns all advice, each sentence after its subject. Examples: "bay-1: …", "bay-1.feeder-2: …",
+/// "master on PORT: …", "route 20 to line bay-1: …", "audit: …".
 std::vector<std::string> AdviceOf(const nlohmann::ordered_json& status);
 
 /// Renders a status. `target`: the target of the request; empty, a line, or a device. Throws a

@@ -18,7 +18,8 @@ std::string VisitText(const Json& visit) {
                      TextOf(visit, "since"), Number(visit, "to_port"), Number(visit, "from_port"));
 }
 
-/// Example: "served at 127.0.0.1:4001 (raw): 10.0.0.7:40112 since …"
+/// Returns a text about a port that network clients can use. Example: "served at 127.0.0.1:4001
+/// (raw): 10.0.0.7:40112 since …".
 std::string ServiceText(const Json& service) {
   std::string text = fmt::format("{} at {} ({})", Text(service, "use"), Text(service, "at"),
                                  Text(service, "mode"));
@@ -75,7 +76,8 @@ std::uint64_t Failed(const Json& route) {
   return Number(route, "no_reply") + Number(route, "expired") + Number(route, "busy");
 }
 
-/// The first four columns are always shown, further ones only if they fit.
+/// `labels`: titles of the counters. The first four columns are always shown, further columns only
+/// if they fit.
 std::string RouteTable(const Json& routes, const Json& labels, const TableView& view) {
   constexpr std::size_t kSpare = 6;
   std::vector<TableColumn> columns = {{.title = "units"}, {.title = "route to"}};

@@ -12,12 +12,15 @@
 
 namespace baudgate::tools {
 
-/// Example: "DTR RTS CTS": those that are on. Empty: none.
+/// Returns the modem control lines that are on: "DTR RTS CTS". Empty: no control line is on, or the
+/// port has none.
 std::string ControlLinesText(const nlohmann::ordered_json& modem);
-/// Modem control lines and clients of the port, if the status contains them.
+/// Returns labelled facts about the port of a line: the modem control lines, and the clients that
+/// use the port. Leaves out what the status does not contain.
 std::vector<std::pair<std::string, std::string>> PortFacts(const nlohmann::ordered_json& line);
 
-/// Tables of routes, masters and clients, each after an empty line.
+/// Returns tables of routes, masters and clients, each after an empty line. Leaves out empty
+/// tables.
 std::string RenderTraffic(const nlohmann::ordered_json& modbus, const TableView& view);
 
 }  // namespace baudgate::tools

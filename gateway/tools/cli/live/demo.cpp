@@ -66,7 +66,8 @@ constexpr FixedUnit kUnits[] = {
 };
 constexpr std::uint8_t kFirstFreeUnit = 101;
 
-/// Device names contain only letters, digits, '_' and '-'; profile names can also contain dots.
+/// A device name is allowed to contain only letters, digits, '_' and '-'; a profile name can
+/// contain dots.
 std::string DeviceName(std::string profile) {
   for (char& c : profile) {
     if (c == '.') c = '_';
@@ -106,7 +107,8 @@ std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
   return lines;
 }
 
-/// A second demo gets another port, and so another gateway name: the key of its DDS samples.
+/// Makes the configuration of the demo. A second demo on the machine gets another port and so
+/// another gateway name, which is the key of its DDS samples.
 Result<config::Config> DemoConfig(const config::Catalog& catalog,
                                   const std::filesystem::path& directory,
                                   const DemoOptions& options, std::uint16_t port,

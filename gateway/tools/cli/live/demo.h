@@ -1,4 +1,5 @@
-// `baudgate demo`: runs twins of all shipped device types and a gateway, and shows live readings.
+// `baudgate demo`: runs twins (simulated devices) of all shipped device types and a gateway, and
+// shows live readings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

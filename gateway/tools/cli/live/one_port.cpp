@@ -61,7 +61,8 @@ Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog
 
 constexpr std::uint16_t kUsualPort = 1502;
 
-/// Example: "0.0.0.0" → "0.0.0.0:1502". A port without an address is an error.
+/// Adds the default port. Example: "0.0.0.0" → "0.0.0.0:1502". A port without an address is an
+/// error.
 Result<config::HostPort> Place(const std::string& listen) {
   if (ParseInteger<std::uint16_t>(listen)) {
     return Error{"--listen: " + listen + " is a port without an address; write 127.0.0.1:" +
@@ -136,7 +137,8 @@ namespace {
 
 constexpr const char* kLine = "port";
 constexpr const char* kDevice = "device";
-/// The longest wait for the port and the first readings; then shows what was read so far.
+/// How long to wait for the port and for the first readings. After that, the values that were read
+/// so far are shown.
 constexpr Duration kWaitForPort = 15s;
 constexpr Duration kLookAtValuesEvery = 20ms;
 
@@ -162,7 +164,8 @@ Result<std::string> Yaml(const ReadPortOptions& options, const std::string& prot
   return yaml;
 }
 
-/// The device has replied, but a refused part is requested again, or a request was not sent yet.
+/// True if the device has replied, but a point is still waiting to be read: a part of a reply was
+/// refused and is requested again in smaller pieces, or the point's request was not sent yet.
 bool IsUnderWay(const bus::DeviceRecord& record, Instant now) {
   if (record.status.Count(Outcome::ok) == 0) return false;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -188,7 +191,9 @@ int Fail(const std::string& message, int code, std::ostream& err) {
   return code;
 }
 
-/// Waits kWaitForPort at most. Success if the port is open then, even if IsKnown is false.
+/// Waits until the port is open and IsKnown is true, at most kWaitForPort. If the port is open
+/// then, this is a success even if IsKnown is false. The error contains the reason why the port is
+/// not open.
 Status AwaitPort(const bus::PointStore& store) {
   const Instant limit = ReadClocks().instant + kWaitForPort;
   while (ReadClocks().instant < limit) {
@@ -206,7 +211,7 @@ Status AwaitPort(const bus::PointStore& store) {
 struct Traffic {
   int requests = 0;
   std::string request{};  ///< the last request, in hex
-  bool anything = false;  ///< at least one byte was received
+  bool anything = false;  ///< true: at least one byte was received
 };
 Traffic TrafficOf(const std::string& socket, std::ostream& err) {
   Traffic traffic;
@@ -226,7 +231,8 @@ Traffic TrafficOf(const std::string& socket, std::ostream& err) {
   return traffic;
 }
 
-/// Prints the unanswered request or, if bytes were received, the advice of the status.
+/// Prints why the device could not be read: the request that got no answer, or, if bytes were
+/// received, the advice of the status.
 void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
                     const std::string& socket, std::ostream& err) {
   const Traffic traffic = TrafficOf(socket, err);

@@ -48,8 +48,9 @@ struct BridgeOptions {
   bool read_only = false;
 };
 
-/// Until SIGTERM or SIGINT. Exit codes: 0 stopped; 2 `listen` is no address, or not loopback while
-/// `allow` is empty; 3 values that a configuration must not contain; 4 it cannot listen.
+/// Runs until SIGTERM or SIGINT. Exit codes: 0 stopped; 2 `listen` is not an address, or is not
+/// loopback while `allow` is empty; 3 values that a configuration must not contain; 4 it cannot
+/// listen.
 int RunBridge(const BridgeOptions& options, const config::Catalog& catalog, std::ostream& err);
 
 // `baudgate read --port …`: reads a device once, without a configuration or a running gateway.

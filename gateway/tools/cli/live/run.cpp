@@ -40,7 +40,8 @@ constexpr auto kLookEvery = 1000ms;
 /// The stop must end within this time, which is shorter than TimeoutStopSec of the service.
 constexpr auto kStopWithin = 4s;
 
-/// The interval is a tenth of WatchdogSec, at most 1 s: systemd acts when nine reports are missing.
+/// Returns the interval of reports to systemd: a tenth of WatchdogSec, at most 1 s. systemd acts
+/// when nine reports in a row are missing.
 timespec LookInterval(std::uint64_t watchdog_us) {
   auto interval = std::chrono::microseconds(kLookEvery);
   if (watchdog_us > 0) interval = std::min(interval, std::chrono::microseconds(watchdog_us) / 10);
@@ -82,7 +83,8 @@ std::vector<std::string> ProblemsOf(const config::Loaded& loaded) {
   return all;
 }
 
-/// The file, or the last confirmed configuration if the file was rolled back.
+/// The configuration to start with: the file, or the last confirmed configuration if the file was
+/// rolled back.
 struct Choice {
   config::Loaded loaded;
   daemon::ReloadOptions reload;
@@ -221,7 +223,8 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog) {
   Choice choice = Choose(file, catalog, problems);
   log::Plain(problems.str());
   if (!choice.loaded.ok()) return kExitBadConfiguration;
-  // The parser of a large file leaves hundreds of megabytes of free memory.
+  // The parser of a large file leaves hundreds of megabytes of free memory, which are returned to
+  // the system here.
   ::malloc_trim(0);
   return Serve(std::move(choice.loaded.config), std::move(choice.reload), catalog);
 }
@@ -281,7 +284,8 @@ std::string PointsOfProfiles(const config::Catalog& catalog) {
   return text;
 }
 
-/// For the started program, which inherits the memory file. Empty: points are sorted by name.
+/// Writes `text` into a memory file, which the started program inherits. Returns its path; empty:
+/// it cannot be created, so points are sorted by name.
 std::string FileOf(const std::string& text) {
   const int file = ::memfd_create("point-order", 0);
   if (file < 0 || ::write(file, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {

@@ -14,20 +14,24 @@
 
 namespace baudgate::tools {
 
-/// Exit codes: 0 stopped; 3 bad configuration; 4 an output cannot be opened, no free descriptor or
-/// thread, or the stop takes too long.
+/// Runs the daemon with the configuration file. Exit codes: 0 stopped; 3 bad configuration; 4 an
+/// output cannot be opened, the system has no free descriptor or thread, or the stop takes too
+/// long.
 int RunDaemon(const std::string& file, const config::Catalog& catalog);
 
-/// `reload` empty: no file can be reloaded. Exit codes: as RunDaemon.
+/// Runs a gateway with this configuration until SIGTERM or SIGINT. `reload` empty: no file can be
+/// reloaded. The exit codes are those of RunDaemon.
 int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog);
 
 // `baudgate discovery-server`: makes DDS participants known to each other without multicast.
 
-/// `listen` is HOST:PORT. Exit codes: 0 stopped; 2 `listen` is no address; 4 it cannot be opened.
+/// Runs until SIGTERM or SIGINT. `listen` is HOST:PORT. Exit codes: 0 stopped; 2 `listen` is not an
+/// address; 4 the address cannot be opened.
 int RunDiscoveryServer(const std::string& listen, std::ostream& err);
 
-// `baudgate watch` becomes baudgate-dds, because this program does not contain the DDS library.
+// `baudgate watch`: this process becomes baudgate-dds, because this program does not contain the
+// DDS library.
 
 /// `words`: the words after "watch". The points of installed profiles are passed on as well
 /// (gateway/tools/watch/point_image.h). Does not return on success; returns 4 if baudgate-dds

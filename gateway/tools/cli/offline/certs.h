@@ -1,4 +1,5 @@
 // `baudgate certs dds`: writes an authority, identities and signed documents for DDS Security.
+// CheckDdsSecurity checks these files for `baudgate check`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +14,8 @@
 
 namespace baudgate::tools {
 
-/// Returns a text such as "CN=baudgate, until 2031-11-21"; empty: no DDS or no security.
+/// Checks the DDS Security files and adds their problems to `problems`. Returns a text for the
+/// summary, such as "CN=baudgate, until 2031-11-21"; empty: DDS is off or runs without security.
 std::string CheckDdsSecurity(const config::Config& config, WallTime now,
                              std::vector<config::Problem>& problems);
 
@@ -21,7 +23,8 @@ struct CertsOptions {
   std::string directory;
   /// The names of gateways. If nothing is requested and there is no authority yet: "baudgate".
   std::vector<std::string> gateways;
-  /// Empty: 1 if nothing is requested and there is no authority yet, else 0.
+  /// The number of subscribers. Empty: 1 if nothing is requested and there is no authority yet,
+  /// else 0.
   std::optional<int> subscribers;
   int writers = 0;
 };

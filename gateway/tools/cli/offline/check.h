@@ -12,7 +12,8 @@
 
 namespace baudgate::tools {
 
-/// Exit codes: 0 usable, even with warnings; 3 not. With `json`, one object goes to `out`.
+/// Exit codes: 0 the configuration can be used, even with warnings; 3 it cannot. Problems go to
+/// `err` and a summary to `out`. With `json`, one object with problems and summary goes to `out`.
 int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err, bool json);
 

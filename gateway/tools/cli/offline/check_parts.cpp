@@ -47,7 +47,8 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
   out << '\n';
 }
 
-/// Example: "load profiles of meters.m1 (1, 2), meters.m2 (1)"
+/// Prints which records that meters store themselves are read. Example: "load profiles of meters.m1
+/// (1, 2), meters.m2 (1)".
 void PrintOfMeters(const config::Config& config, std::ostream& out) {
   constexpr std::array<std::pair<const char*, const char*>, 2> kKinds = {
       {{"load_profile", "load profiles of "}, {"billing", "billing readings of "}}};
@@ -118,7 +119,8 @@ std::string ListedWithRules(const std::vector<std::string>& ruled,
   return text + (text.empty() ? "" : ", ") + Listed(plain);
 }
 
-/// Example: " (0.5 to 40 xIn, selected first)"; empty: no rules.
+/// Returns the rules for writing the point, such as " (0.5 to 40 xIn, selected first)"; empty: the
+/// point has no rules.
 std::string Rules(const config::Point& point) {
   const config::Writing& writing = point.writing;
   std::vector<std::string> rules;
@@ -188,7 +190,8 @@ nlohmann::ordered_json WritesJson(const config::Device& device) {
 void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems) {
   if (!config.web.on || config.web.token_file.empty()) return;
   const auto token = web::ReadToken(config.web.token_file);
-  // Only a warning, because the user of `check` perhaps may not read the file.
+  // The problem is only a warning, because the user of `check` perhaps has no permission to read
+  // the file.
   if (!token) problems.push_back({config.web.token_mark, "file: " + token.error(), true});
 }
 
@@ -257,7 +260,8 @@ std::vector<std::string> Passing(const config::Modbus& modbus) {
   });
 }
 
-/// The gateway itself still answers reads of unit 0.
+/// True if writes to unit 0 go to all slaves of the route's line. The gateway itself still answers
+/// reads of unit 0.
 bool IsBroadcast(const Route& route) {
   return route.first == 0 && !route.remap && !route.line.empty();
 }

@@ -25,13 +25,16 @@ std::string Joined(const Range& range, Text text) {
   return joined;
 }
 
-/// Example: "everybody who reaches it", "10.0.0.7, 10.1.0.0/16"
+/// Returns the clients that are allowed to connect. Examples: "everybody who reaches it",
+/// "10.0.0.7, 10.1.0.0/16".
 inline std::string Whom(const std::vector<config::Network>& allow) {
   if (allow.empty()) return "everybody who reaches it";
   return Joined(allow, [](const auto& network) { return network.text; });
 }
 
-/// Prints nothing if nothing of its kind is recorded.
+// These functions print what the gateway records: events, readings of meters, the history.
+
+/// Each function prints nothing if the configuration records nothing of its kind.
 void PrintEvents(const config::Config& config, std::ostream& out);
 void PrintOfMeters(const config::Config& config, std::ostream& out);
 void PrintHistory(const config::Config& config, std::ostream& out);
@@ -42,12 +45,14 @@ nlohmann::ordered_json HistoryJson(const config::Config& config);
 ///   writes to feeder-2: none; 5 points could be written (setting_group, …): add 'write: allow', …
 void PrintWrites(const config::Line& line, std::ostream& out);
 
-/// {"allowed":["setting_group"],"off":[]}; "off": points that could be allowed.
+/// Returns the writable points of a device. Example: {"allowed":["setting_group"],"off":[]}. "off"
+/// lists points that could be allowed to be written.
 nlohmann::ordered_json WritesJson(const config::Device& device);
 
 void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems);
 
-/// Example: "web http://127.0.0.1:8502/, …" and the number of metric series; "web off".
+/// Prints the address of the web server, "web http://127.0.0.1:8502/, …", and the number of metric
+/// series; "web off" without one.
 void PrintWeb(const config::Config& config, std::ostream& out);
 
 /// Returns the web server's part of `baudgate check --json`; null: the web server is off.
@@ -60,7 +65,8 @@ struct UnitRow {
   std::string deadline;  ///< "2.5s"; empty: the target has no deadline
 };
 
-/// Devices, routes (only units that really reach them), the gateway itself, and all other units.
+/// Returns the rows of the routing table: devices by unit, routes as configured (only with the
+/// units that really reach them), the gateway itself, and all other units.
 std::vector<UnitRow> UnitRows(const config::Config& config);
 
 void PrintRouteTable(const config::Config& config, std::ostream& out);

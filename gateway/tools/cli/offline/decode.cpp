@@ -21,7 +21,8 @@ struct Captures {
   std::vector<diagnosis::Capture> exchanges;
 };
 
-/// A pause ends a message that was sent unasked.
+/// True if `piece` belongs to the message in `capture`. A pause ends a message that was sent
+/// unasked.
 bool Continues(const diagnosis::Capture& capture, const diagnosis::TraceLine& piece) {
   if (!capture.unasked || piece.time.empty()) return true;
   return diagnosis::Between(capture.heard_at, diagnosis::TimeOfDay(piece.time)) <=
@@ -59,7 +60,8 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   if (marked.mark != '<' && !captures.empty() && captures.back().unasked) {
     captures.back().ended = true;
   }
-  // Records were lost, and the line does not belong to the capture.
+  // If the line is about another device or the last capture has ended, records were lost, and the
+  // line does not belong to the capture.
   const bool known =
       !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
   if (marked.mark == '=' && of_trace && known) {
@@ -101,7 +103,8 @@ Result<Captures> ReadCaptures(std::istream& in) {
   return captures;
 }
 
-/// `catalog` must outlive the decoder.
+/// Makes a decoder. The error names the wrong protocol, profile or option. `catalog` must outlive
+/// the decoder.
 Result<diagnosis::ExchangeDecoder> MakeDecoder(const records::TracedDevice& traced,
                                                const config::Catalog& catalog) {
   // The decoder gets the address from each request; the address given here must only be valid.
@@ -172,7 +175,8 @@ std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::
   return text;
 }
 
-/// For each device in the head. The command line's protocol or profile replaces that of the head.
+/// Makes a decoder for each device in the head of the capture. A protocol or profile of the command
+/// line replaces the protocol in the head.
 class TracedDecoders {
  public:
   TracedDecoders(const DecodeOptions& options, const config::Catalog& catalog)
@@ -188,7 +192,8 @@ class TracedDecoders {
     return Error{"the captures have no trace head that names the protocol; add --protocol"};
   }
 
-  /// Null: the status contains the reason. Unknown devices share one decoder.
+  /// Returns the decoder of a device; null: the status contains the reason. All devices that
+  /// `devices_` does not contain share one decoder.
   std::pair<Status, diagnosis::ExchangeDecoder*> For(const std::string& device) {
     const auto known = devices_.find(device);
     const std::string key = known == devices_.end() ? "" : device;
@@ -205,7 +210,8 @@ class TracedDecoders {
     return {Status(), &found->second};
   }
 
-  /// Null: no device sends unasked, or the decoder cannot be made.
+  /// Returns the decoder of the device that sends unasked; null: there is no such device, or it
+  /// cannot be made.
   diagnosis::ExchangeDecoder* Speaker() {
     std::vector<std::string> names;
     for (const auto& [name, device] : devices_) names.push_back(name);
@@ -218,7 +224,8 @@ class TracedDecoders {
   }
 
  private:
-  /// These slaves are not in the head, but use the protocol of their line.
+  /// Returns the protocol of slaves that only routes reach: they are not in the head, but use the
+  /// protocol of their line.
   std::string ProtocolOfOthers() const {
     if (!options_.protocol.empty() || devices_.empty()) return options_.protocol;
     return devices_.begin()->second.protocol;

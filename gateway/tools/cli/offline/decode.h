@@ -1,5 +1,6 @@
-// `baudgate decode`: decodes captured exchanges: lines "> hex" and "< hex", and the formats of
-// `baudgate trace` and the flight recorder; other lines are comments.
+// `baudgate decode`: decodes captured exchanges with the rules and codecs of the daemon. It reads
+// lines "> hex" (request) and "< hex" (reply or a part of it), and the formats of `baudgate trace`
+// and the flight recorder; other lines are comments.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,23 +16,26 @@
 
 namespace baudgate::tools {
 
-/// From the head of a trace. No decoder if the profile is a file that does not exist on this
-/// machine.
+/// Makes decoders from the comment lines at the head of a trace
+/// (gateway/records/trace/trace_text.h). A device gets no decoder if its profile is a file that
+/// does not exist on this machine.
 diagnosis::Decoders DecodersOf(const std::vector<std::string>& head,
                                const config::Catalog& catalog);
 
 struct DecodeOptions {
   std::string protocol{};  ///< empty: the protocol of each device in the head of the trace
-  /// Empty: the profile of each device in the head. Without a profile, values are named by address.
+  /// The profile; empty: the profile of each device in the head of the trace. Without a profile,
+  /// values are named by address.
   std::string profile{};
   /// Device options, "key=value", in addition to the options in the head of the trace.
   std::vector<std::string> set{};
   std::string device{};   ///< only exchanges with this device of a trace; empty: all
-  bool prose = false;     ///< readable text; false: one JSON object per line
+  bool prose = false;     ///< true: readable text; false: one JSON object per line
   std::size_t width = 0;  ///< width of readable text, in characters per line; 0: no limit
 };
 
-/// Exit codes: 0 decoded; 2 not hex, or no protocol given; 3 unknown protocol, profile or option.
+/// Exit codes: 0 decoded, whatever the outcomes of the exchanges; 2 an input line is not hex, or no
+/// protocol is given; 3 unknown protocol, profile or option.
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err);
 

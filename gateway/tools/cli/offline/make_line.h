@@ -1,4 +1,5 @@
-// Makes a line of a configuration from words of the command line, and checks it.
+// `MakeLine` makes a line of a configuration from words of the command line, and checks it like a
+// configuration file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -20,7 +20,8 @@ namespace {
 
 constexpr int kLastFiveDigitAddress = 9998;
 
-// Returns a register number as in PLC manuals, from 1: five digits if they suffice, else six.
+// Returns a register number as in PLC manuals, counted from 1: five digits if they suffice, else
+// six.
 std::string Conventional(char table, int address) {
   const bool five = address <= kLastFiveDigitAddress;
   std::string number = std::to_string(address + 1);
@@ -86,7 +87,8 @@ std::string AgeText(const MapPlace& place, const config::Point& point) {
   return place.bit || !IsReadable(point) ? "" : Number(place, kAgeOffset);
 }
 
-/// The register that must be written before the point.
+/// Returns the register that must be written before the point is written; empty: there is no such
+/// register.
 std::string SelectText(const MapPlace& place, const config::Point& point) {
   const bool selects = point.writing.select && point.writing.allowed;
   return selects ? Number(place, config::kSelectOffset) : "";
@@ -273,7 +275,8 @@ std::string TypeAt(const config::Point& point, const MapPlace& place) {
 /// The part of the PLC's inputs, or of its outputs, for one device: registers, then bits.
 class Area {
  public:
-  /// `letter`: I for inputs, Q for outputs. `next`: the first free word; moved behind the area.
+  /// `letter`: I for inputs, Q for outputs. `next`: the first free word; it is set to the first
+  /// word behind the area.
   Area(char letter, const config::Device& device, int& next) : letter_(letter) {
     for (const config::Point& point : device.points) {
       const MapPlace place = PlaceOf(device, point);

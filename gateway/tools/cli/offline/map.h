@@ -30,8 +30,9 @@ enum class MapFormat : std::uint8_t { table, csv, json, structured_text, markdow
 int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat format,
            std::ostream& out, std::ostream& err);
 
-/// Global variables in Structured Text (IEC 61131-3): all units follow each other in the PLC's
-/// inputs, the writable points in its outputs. Comments tell which registers the PLC has to copy,
+/// `baudgate map --format st`: prints the points as global variables in Structured Text (IEC
+/// 61131-3). The registers and bits of all units follow each other in the PLC's inputs, and the
+/// writable points in its outputs. Comments in the text tell which registers the PLC has to copy,
 /// and where to.
 void PrintStructuredText(const config::Config& config, std::ostream& out);
 

@@ -318,7 +318,8 @@ Result<std::string> ListedExample(const std::string& text, const std::string& fo
 
 namespace {
 
-/// modbus_tcp and modbus_ascii use the same profiles.
+/// The protocol of the new profile. modbus_tcp and modbus_ascii use the profiles of modbus_rtu as
+/// well.
 constexpr const char* kProtocol = "modbus_rtu";
 
 /// The characters of Windows-1252 from 0x80 to 0x9F: dashes, quotes and the euro.

@@ -15,7 +15,8 @@
 
 namespace baudgate::tools {
 
-// A row of CSV: separated by commas, semicolons or tabs, quoted if necessary.
+// A row of a spreadsheet in CSV: cells are separated by commas, semicolons or tabs, and are quoted
+// if they contain a separator.
 struct CsvRow {
   int line = 0;  ///< line number in the file, from 1 on
   std::vector<std::string> cells;
@@ -26,7 +27,8 @@ struct CsvTable {
   std::vector<CsvRow> rows;  ///< without empty rows; the first row is the header
 };
 
-/// The separator is that of "sep=;" (Excel), else the most frequent in the first row. Trims cells.
+/// Parses CSV. The separator is that of a first line "sep=;" (Excel), else the most frequent
+/// separator in the first row. Blanks around cells are dropped.
 CsvTable ReadCsv(std::string_view text);
 
 enum class ListColumn {
@@ -43,7 +45,8 @@ enum class ListColumn {
   order
 };
 
-/// Example: "Data Type" → type. Ignores case, blanks and punctuation.
+/// Returns the column with this header. Example: "Data Type" → type. Ignores case, blanks and
+/// punctuation.
 std::optional<ListColumn> ColumnNamed(std::string_view header);
 
 /// Returns the type of the registers. Examples: "U16", "WORD", "unsigned int 16" → "uint16"; "Date"
@@ -56,7 +59,8 @@ std::optional<std::string> TableNamed(std::string_view text);
 /// Returns the access. Examples: "R/W", "read-write" → "rw".
 std::optional<std::string> AccessNamed(std::string_view text);
 
-/// "low word first" → "CDAB". Nothing for "little endian", which manuals use for CDAB and DCBA.
+/// Returns the byte order. Examples: "low word first", "word swap" → "CDAB". Returns nothing for
+/// "little endian", because it is CDAB in some manuals and DCBA in others.
 std::optional<std::string> OrderNamed(std::string_view text);
 
 /// Returns the number of registers of the form; 1 for bits.
@@ -81,7 +85,8 @@ struct NewProfileOptions {
   std::string title{};            ///< text for the profile's `device:`; empty: the file's name
 };
 
-/// Exit codes: 0 done; 2 `first` is missing; 3 the list has errors (on `err`); 4 it cannot be read.
+/// Prints the profile if the list has no errors. Exit codes: 0 done; 2 `first` is missing; 3 the
+/// list has errors, which are printed on `err`; 4 the list cannot be read.
 int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catalog,
                   std::ostream& out, std::ostream& err);
 

@@ -348,7 +348,8 @@ Judged Judge(const std::string& text, const std::string& file, const protocols::
   return {&protocol, config::LoadProfileText(text, file, name, protocol, catalog)};
 }
 
-/// By the protocol of the file's folder; else the one with the fewest errors.
+/// Checks the file as a profile of the protocol that its folder names; else of the protocol with
+/// the fewest errors.
 Judged JudgeByContent(const std::string& text, const std::string& file,
                       const config::Catalog& catalog) {
   const std::string folder = fs::absolute(file).parent_path().filename().string();

@@ -21,7 +21,8 @@ inline std::string TypeText(const config::Point& point) {
   return text;
 }
 
-/// An empty name: all. Exit codes: 0 done; 2 unknown protocol; 4 no protocol is installed.
+/// Prints a protocol; an empty name lists all protocols. Exit codes: 0 done; 2 unknown protocol; 4
+/// no protocol is installed.
 int RunProtocols(const std::string& name, bool json, const config::Catalog& catalog,
                  std::ostream& out, std::ostream& err);
 
@@ -36,7 +37,8 @@ int RunProfiles(const std::string& name, ProfileFormat format, const config::Cat
 // `baudgate profiles --check FILE`: prints all problems of a profile, or its register table.
 struct CheckProfileOptions {
   std::string file;
-  std::string protocol{};  ///< empty: that of the folder, else the one with the fewest errors
+  std::string protocol{};  ///< empty: the protocol of the file's folder, else the protocol with the
+                           ///< fewest errors
   ProfileFormat format = ProfileFormat::table;
   std::size_t width = 0;
 };

@@ -22,7 +22,8 @@ std::string RegistersText(const ListedPoint& point) {
   return last == point.address ? first : first + "…" + std::to_string(last);
 }
 
-/// An error for a partial overlap, a warning for equal registers. `file`: for messages.
+/// Finds points whose registers overlap. Adds an error for a partial overlap, and a warning for
+/// equal registers. `file`: the list's name in messages.
 void CheckPlaces(const std::string& file, RegisterList& list) {
   std::vector<const ListedPoint*> points;
   for (const ListedPoint& point : list.points) points.push_back(&point);
@@ -82,7 +83,8 @@ struct Range {
   std::optional<std::size_t> count;  // number of registers; empty: the text gives no last number
 };
 
-/// Example: "40003", "40003-40004", "40003..40004", "40003-4"
+/// Parses a register or a range of registers. Examples: "40003", "40003-40004", "40003..40004",
+/// "40003-4".
 std::optional<Range> RangeOf(std::string_view text) {
   text = Trim(text);
   const auto dash = text.find_first_of("-.", 1);
@@ -207,7 +209,8 @@ class ListReader {
     return there ? row.cells[found->second] : std::string();
   }
 
-  /// Else adds an error: a separator in a cell is not quoted.
+  /// True if the row has no cells with content behind the last column of the header. Else adds an
+  /// error: a separator in a cell is not quoted.
   bool HasItsColumns(const CsvRow& row) {
     const bool more =
         row.cells.size() > width_ &&
@@ -227,7 +230,8 @@ class ListReader {
     return "write a cell that holds a separator in quotes";
   }
 
-  /// The numbers look like the 40001 notation, but another was given.
+  /// Warns if the register numbers look like the 40001 notation although another notation was
+  /// given.
   void CheckCounting() {
     if (!first_ || *first_ == FirstRegister::modicon) return;
     const auto within = [&](std::uint32_t from, std::uint32_t to) {
@@ -419,7 +423,8 @@ class ListReader {
     point.registers = point.form == "bool" ? 1 : RegistersOf(point.type);
   }
 
-  /// A scaled value needs a float that can represent all digits of the raw number.
+  /// Returns the type of the value. A scaled value needs a float that can represent all digits of
+  /// the raw number.
   static std::string TypeOf(const std::string& form, const Decimal& scale) {
     const bool kept = form.starts_with("float") || form.starts_with("string") || form == "bool";
     if (kept || IsTimeForm(form)) return form;

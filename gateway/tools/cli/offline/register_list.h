@@ -1,4 +1,5 @@
-// Reads a device's register list, with one row for each value, for a profile (new_profile.h).
+// Reads the register list of a device: a spreadsheet with one row for each value. Its rows become
+// the points of a profile (new_profile.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +12,8 @@
 
 namespace baudgate::tools {
 
-/// The number of the first holding register. Manuals differ, and the list does not tell.
+/// The number that the list gives the first holding register. Manuals differ, and the list itself
+/// does not tell.
 enum class FirstRegister : std::uint8_t {
   zero,     ///< 0, as on the wire
   one,      ///< 1
@@ -38,13 +40,15 @@ struct ListedPoint {
 
 struct RegisterList {
   std::vector<ListedPoint> points;
-  std::vector<std::string> errors;  ///< "list.csv:3: …"; with an error, no profile is made
-  std::vector<std::string> warnings;
-  /// Example: "40001…40051": if `first` is needed but was not given.
+  std::vector<std::string> errors;    ///< "list.csv:3: …"; with an error, no profile is made
+  std::vector<std::string> warnings;  ///< "list.csv:3: …"
+  /// If `first` is needed but was not given: the range of the register numbers in the list,
+  /// "40001…40051".
   std::string numbers;
 };
 
-/// `file`: for messages. `table`: "holding" or "input", for numbers that do not show their table.
+/// Reads the list. `file`: its name in messages. `table`: "holding" or "input", for numbers that do
+/// not show their table.
 RegisterList ReadRegisterList(const std::string& text, const std::string& file,
                               const std::string& table, std::optional<FirstRegister> first);
 

@@ -71,7 +71,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kTrialHead = "# A trial of ";
 
-/// The folder of the twins' ports. The destructor removes it if it is empty.
+/// The folder of the twins' ports for a written configuration. The destructor removes the folder if
+/// it is empty.
 class TrialFolder {
  public:
   Status Make(fs::path path) {

@@ -1,4 +1,5 @@
-// `baudgate simulate`: runs a twin on a pty, or the twins of a whole configuration.
+// `baudgate simulate`: runs a twin (simulated device) on a pty, or the twins of a whole
+// configuration.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,11 +17,13 @@ namespace baudgate::tools {
 
 struct SimulateOptions {
   std::string profile;
-  /// Empty: the protocol that has the profile.
+  /// The protocol; empty: the protocol that has the profile. modbus_ascii uses the profiles of
+  /// modbus_rtu.
   std::string protocol{};
   std::string address;
   std::string pty;     ///< path of the symbolic link to the pty
-  std::string serial;  ///< "9600 7E1": the twin's bit rate; empty: no delays
+  std::string serial;  ///< serial settings: "9600 7E1", the twin sends at this bit rate; empty: it
+                       ///< sends without delays
   Duration think_time = 5ms;
   std::vector<std::string> set;  ///< device options, "key=value"
   std::vector<Fault> faults;
@@ -29,7 +32,8 @@ struct SimulateOptions {
 
 struct SimulateConfigOptions {
   std::string file;
-  std::string write;  ///< copy of the configuration with the twins' ports; empty: none
+  std::string write;  ///< file to write, with a copy of the configuration that uses the twins'
+                      ///< ports; empty: no copy
   /// Folder of the twins' ports, with `write`; empty: a folder beside the written file.
   std::string ports;
   Duration think_time = 5ms;
@@ -37,8 +41,9 @@ struct SimulateConfigOptions {
   std::optional<EventSchedule> events{};
 };
 
-/// Without `write`, the ports have the configured paths. Exit codes: 0 stopped; 3 bad
-/// configuration; 4 a port or the file cannot be written.
+/// Runs until SIGTERM or SIGINT. Without `write`, the twins' ports have the paths in the
+/// configuration. Exit codes: 0 stopped; 3 bad configuration; 4 a port or the file cannot be
+/// written.
 int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalog& catalog,
                       std::ostream& out, std::ostream& err);
 

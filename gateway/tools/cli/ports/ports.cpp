@@ -37,7 +37,8 @@ std::string ReadText(const fs::path& file) {
   return Harmless(text);
 }
 
-/// Since Linux 6.5, "port" and "ctrl" of serial-base are between a port and its driver.
+/// Since Linux 6.5, two devices of serial-base are between a port and its driver: "port" and
+/// "ctrl".
 std::string DriverOf(fs::path device) {
   for (int level = 0; level < kMostLevels; ++level, device = device.parent_path()) {
     std::error_code error;
@@ -79,7 +80,8 @@ std::optional<FoundPort> Look(const fs::path& tty) {
   return port;
 }
 
-/// True for a link by the place of the adapter, because serial numbers need not be unique.
+/// True for a link by the place of the adapter. If two adapters have the same serial number, links
+/// by serial number are not unique.
 bool IsByPlace(const std::string& link) {
   return link.find("/by-path/") != std::string::npos || link.find("/at-") != std::string::npos;
 }
@@ -160,7 +162,8 @@ std::vector<gid_t> GroupsOf(const std::string& name, gid_t first) {
   return groups;
 }
 
-/// Does not contain groups that the user has joined since the last login.
+/// Returns the groups of this process. If the user has joined another group, the user must log in
+/// again before this list contains the group.
 std::vector<gid_t> OwnGroups() {
   std::vector<gid_t> groups(kMostGroups);
   const int count = ::getgroups(kMostGroups, groups.data());
@@ -190,7 +193,8 @@ std::vector<Person> PeopleHere() {
 
 }  // namespace
 
-/// Decides like the kernel: of owner, group and others, the first that fits determines the access.
+/// Decides like the kernel: of owner, group and others, the first that fits the person determines
+/// the access.
 bool MayUse(const Person& person, const PortFile& file) {
   if (person.id == 0) return true;
   unsigned shift = 0;
@@ -232,14 +236,15 @@ constexpr int kShortLatency = 1;
 struct Row {
   FoundPort port;
   std::vector<std::string> held_by;
-  bool ours = false;  ///< the gateway uses the port
+  bool ours = false;  ///< true: the gateway uses the port
   Json modem;         ///< control lines of a port that the gateway uses; null: unknown
   std::vector<std::string> advice;
 };
 
 Json Gateway(const PortsPlace& place) { return place.status ? place.status() : Json(); }
 
-/// Adds "line bay of substation-7 (open: DTR RTS CTS)" to `row.held_by`.
+/// If the gateway uses the port, adds this use to `row.held_by`. Example: "line bay of substation-7
+/// (open: DTR RTS CTS)".
 void AddOurs(const PortsPlace& place, const Json& status, Row& row) {
   const std::string gateway = status.value("gateway", "the gateway");
   const auto add = [&](const Json& user, const std::string& what) {

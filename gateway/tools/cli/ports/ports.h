@@ -15,7 +15,8 @@
 
 namespace baudgate::tools {
 
-// From /sys and /dev: the port is not opened, because that would switch DTR and RTS.
+// A serial port as /sys and the links in /dev describe it. The port is not opened, because that
+// would switch DTR and RTS.
 struct FoundPort {
   std::string name;    ///< "ttyUSB0"
   std::string driver;  ///< driver in the kernel: "ftdi_sio"; empty: unknown
@@ -27,7 +28,8 @@ struct FoundPort {
   std::string model;
   std::string serial;
   std::string interface;  ///< "00"; each port of an adapter has another number
-  /// The best first. With equal serial numbers, only paths by the place of the adapter.
+  /// Stable paths of the port, the best first. If two adapters have the same serial number,
+  /// contains only paths by the place of the adapter.
   std::vector<std::string> links;
   bool twin = false;              ///< another adapter has the same serial number
   std::optional<int> latency_ms;  ///< how long an FTDI adapter delays received bytes
@@ -36,14 +38,16 @@ struct FoundPort {
   bool is_usb() const { return !vendor.empty(); }
 };
 
-/// Leaves out ports without hardware. `root`: "/", or for tests a folder with sys/class/tty and
-/// dev.
+/// Returns the ports sorted by name. Leaves out ports without hardware. `root`: "/", or for tests a
+/// folder that contains sys/class/tty and dev.
 std::vector<FoundPort> FindPorts(const std::filesystem::path& root);
 
-/// Example: "ttyUSB0" for "/dev/serial/by-id/usb-…"; empty: the link leads to no port.
+/// Returns the name of the port to which a path leads. Example: "ttyUSB0" for
+/// "/dev/serial/by-id/usb-…"; empty: the link leads to no port.
 std::string PortNameOf(const std::filesystem::path& root, const std::string& path);
 
-/// /dev/ttyUSB0 root:dialout 0660
+/// The device file of a port, with its owner, group and mode. Example: /dev/ttyUSB0 root:dialout
+/// 0660.
 struct PortFile {
   std::string path;
   uid_t owner = 0;
@@ -56,16 +60,18 @@ struct Person {
   std::string name;
   uid_t id = 0;
   std::vector<gid_t> groups;
-  bool is_service = false;  ///< the user of baudgate.service
+  bool is_service = false;  ///< true: the user of baudgate.service
 };
 
 bool MayUse(const Person& person, const PortFile& file);
-/// "you are not allowed to open /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again"
+/// Returns why the person cannot open the file, and the remedy. Example: "you are not allowed to
+/// open /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again".
 std::string HowToMend(const Person& person, const PortFile& file);
 
 struct PortsOptions {
   bool json = false;
-  std::string socket;  ///< empty: the only gateway in the default places
+  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
+                       ///< the default places
 };
 
 /// The parts of the machine that ShowPorts uses; tests replace them.

@@ -35,7 +35,8 @@ int Fail(std::ostream& err, int code, const std::string& why) {
   return code;
 }
 
-/// Hex is parsed; other text must begin with punctuation, as all text telegrams do.
+/// Returns the bytes of a telegram. Hex is parsed; other text must begin with punctuation, as text
+/// telegrams of all protocols do, and is sent unchanged.
 Result<Bytes> WrittenOf(const std::string& telegram) {
   if (const auto bytes = ParseHex(telegram)) return *bytes;
   const bool mark = !telegram.empty() && std::ispunct(static_cast<unsigned char>(telegram[0])) != 0;
@@ -45,7 +46,8 @@ Result<Bytes> WrittenOf(const std::string& telegram) {
                "telegram in text, as in '>1RV201:XX'"};
 }
 
-/// The first protocol whose telegrams begin with the same character.
+/// Returns the first installed protocol whose telegrams begin with the same character as
+/// `telegram`; empty: there is no such protocol.
 std::string ProtocolLike(const std::string& telegram, const config::Catalog& catalog) {
   for (const auto& [name, protocol] : catalog.protocols) {
     const bool begins = protocol->telegram != nullptr && !telegram.empty() &&
@@ -153,7 +155,8 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   return Show(options, exchange, catalog, out);
 }
 
-/// A given option that is valid only for a free port.
+/// Returns the name of a given option that is valid only for a free port; empty: no such option was
+/// given.
 std::string OptionOfPort(const AskOptions& options) {
   if (!options.protocol.empty()) return "--protocol";
   if (!options.serial.empty()) return "--serial";

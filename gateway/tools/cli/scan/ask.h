@@ -1,4 +1,5 @@
-// `baudgate ask`: sends one telegram, to a free port or through the gateway, and prints the reply.
+// `baudgate ask`: sends one telegram, to a free port or through the queue of the running gateway,
+// and prints the reply as bytes and decoded.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +22,8 @@ struct AskOptions {
   bool rs485 = false;              ///< for a port: its driver switches the RS-485 direction
   bool write = false;
   bool json = false;
-  std::string socket;  ///< empty: the only gateway in the default places
+  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
+                       ///< the default places
   std::size_t width = 0;
 };
 

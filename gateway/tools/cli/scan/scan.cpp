@@ -52,7 +52,8 @@ Json ToJson(const scan::Found& found, bool network) {
 
 bool HasUser() { return isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1; }
 
-/// False without a terminal, at Ctrl-C, and at any answer but yes.
+/// Asks a yes/no question on the terminal. Returns false without a terminal, at Ctrl-C, and at any
+/// answer but yes.
 bool AskUser(const std::string& question, const StopSignals& stop, std::ostream& err) {
   if (!HasUser()) return false;
   err << question << " [y/N] " << std::flush;
@@ -188,7 +189,8 @@ scan::ProfileNames NamesOf(const scan::Wish& wish, const config::Catalog& catalo
   return names;
 }
 
-/// Asks before an existing file is overwritten.
+/// True if the result of the scan can be written; checked before the scan. Asks the user before an
+/// existing file is overwritten.
 bool MayWrite(const ScanOptions& options, const StopSignals& stop, std::ostream& err) {
   if (options.config.empty()) return true;
   const auto folder = std::filesystem::absolute(options.config).parent_path();
@@ -203,7 +205,8 @@ bool MayWrite(const ScanOptions& options, const StopSignals& stop, std::ostream&
   return false;
 }
 
-/// From the host name, because gateway names must be unique in a network.
+/// Returns a gateway name made from the host name, because gateway names must be unique in a
+/// network.
 std::string NameOfThisMachine() {
   char host[HOST_NAME_MAX + 1] = {};
   return scan::GatewayName(::gethostname(host, sizeof host - 1) == 0 ? host : "");
@@ -242,7 +245,8 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     err << "baudgate: scan: " << target.error() << '\n';
     return kExitUsage;
   }
-  // A lent line must be returned even if the output is closed.
+  // If the program that reads the output closes it, this process must not end before it has
+  // returned a lent line.
   signal(SIGPIPE, SIG_IGN);
   const StopSignals stop;
   if (!MayWrite(options, stop, err)) return kExitCanNot;

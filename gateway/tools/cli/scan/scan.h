@@ -24,8 +24,9 @@ struct ScanOptions {
   bool over_traffic = false;
   bool rs485 = false;
   std::string config;  ///< configuration file to write; empty: no file is written
-  bool force = false;
-  std::string socket;  ///< empty: the only gateway in the default places
+  bool force = false;  ///< true: overwrite `config` if it exists
+  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
+                       ///< the default places
   std::size_t width = 0;
 };
 
@@ -34,7 +35,8 @@ struct ScanOptions {
 int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 
-// The user interface of `baudgate scan`: progress, the question before sending, the found devices.
+// `ScanView` is the user interface of `baudgate scan`: a progress line, the question whether to
+// send on a line with traffic, and the found devices as a table or JSON lines.
 class ScanView final : public scan::Watcher {
  public:
   /// All references must outlive this object. `alive` is called repeatedly while the scan runs.

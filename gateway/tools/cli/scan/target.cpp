@@ -65,7 +65,8 @@ namespace {
 
 /// A port or server that does not open within this time is an error.
 constexpr Duration kOpening = 10s;
-/// Silence that is awaited before a request if bytes were received, for kMostQuiet at most.
+/// If bytes were received, the line must be silent for kQuiet before a request, but no longer than
+/// kMostQuiet is waited for that.
 constexpr Duration kQuiet = 25ms;
 constexpr Duration kMostQuiet = 1s;
 /// A reply that takes longer than this, or has more than kMostBytes, is cut off.
@@ -152,7 +153,8 @@ void PortWire::AwaitQuiet() {
   }
 }
 
-/// A bus with an echo returns the request before the reply.
+/// True if no byte but an echo of the request was received so far. A bus with an echo returns the
+/// request before the reply.
 bool PortWire::IsOnlyRequest(View request) const {
   return heard_.size() <= request.size() &&
          std::equal(heard_.begin(), heard_.end(), request.begin());

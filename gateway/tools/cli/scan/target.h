@@ -17,7 +17,8 @@
 
 namespace baudgate::tools {
 
-/// A path with '/' or tcp://; the name of a line contains no '/'.
+/// True for a path with '/' or tcp://. All other targets are lines: the name of a line contains no
+/// '/'.
 bool IsPort(const std::string& target);
 
 /// Fails if the target is neither a port nor a line. The error contains the correct form of a port.
@@ -27,7 +28,8 @@ Status CheckTarget(const std::string& target);
 // the port back when the loan ends, or two minutes after the last renewal if this program has died.
 class LineLoan {
  public:
-  /// Null: `code` is the exit code, and the reason was printed. `socket` as in ReleaseOptions.
+  /// Borrows the port of a line. Null: this has failed, `code` is the exit code, and the reason was
+  /// printed on `err`. `socket` as in ReleaseOptions.
   static std::unique_ptr<LineLoan> Take(const std::string& line, const std::string& socket,
                                         std::ostream& err, int& code);
   ~LineLoan();
@@ -51,7 +53,8 @@ class LineLoan {
 // `PortWire` is the wire of a scan over a real port: it sends and receives through a transport.
 class PortWire final : public scan::Wire, private transports::TransportListener {
  public:
-  /// `stop` must outlive the wire.
+  /// Opens the port. The error contains the reason why the port cannot be opened. `stop` must
+  /// outlive the wire.
   static Result<std::unique_ptr<PortWire>> Open(const std::string& port,
                                                 const config::SerialSettings& serial,
                                                 const StopSignals& stop);

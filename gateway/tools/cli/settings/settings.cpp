@@ -26,10 +26,12 @@ using Json = tools::ControlClient::Json;
 /// The exit code when file or device are not as required, or when they differ.
 constexpr int kDiffers = 3;
 
-/// Longer than the deadline of any write, so that the gateway's result arrives first.
+/// The time to wait for an answer. It is longer than the deadline of any write, so that the
+/// gateway's result arrives first.
 constexpr Duration kWaitForAnswer = 60s;
 
-/// Checks that file and device belong together. Returns the exit code.
+/// Reads the file and the device's settings, and checks that both belong together. Returns the exit
+/// code; 0: both belong together.
 int ReadBoth(const tools::SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
   auto sheet = ReadSheet(options.file);
   if (!sheet) {
@@ -205,7 +207,8 @@ using Plan = std::vector<Difference>;
 /// For each point that is not allowed to be written, the reason.
 using Denials = std::map<std::string, std::string>;
 
-/// Returns differing, writable settings. Fails if a number of the device has none in the file.
+/// Returns the settings to write: those that differ and are writable. Fails if such a setting is a
+/// number in the device and the file contains no number for it.
 Result<Plan> PlanOf(const Comparison& comparison) {
   Plan plan;
   for (const Difference& one : comparison.different) {
@@ -280,7 +283,8 @@ class Restore {
     return true;
   }
 
-  /// Waits for the written rows, and reports those with another value.
+  /// Waits until the written rows were read back from the device, and reports rows whose value is
+  /// not the written one.
   void ReadBack(const StopSignals& signals) {
     if (written_.empty()) return;
     const Instant until = ReadClocks().instant + options_.patience;

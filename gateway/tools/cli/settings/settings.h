@@ -14,11 +14,12 @@
 
 namespace baudgate::settings {
 
-// The gateway checks the write like all others.
+// The result of a write. The gateway checks the write like all others: permission, limits, queue,
+// audit.
 struct WriteReport {
   std::string end;         ///< name of the WriteEnd: "ok", "refused", …; "unknown": no answer
   std::string reason;      ///< why the write failed, as one sentence; empty: the write succeeded
-  bool read_back = false;  ///< the written value was read back from the device
+  bool read_back = false;  ///< true: the written value was read back from the device
 
   bool done() const { return end == "ok"; }
 };
@@ -32,7 +33,8 @@ class PointWriter {
   virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;
 };
 
-/// Through the control socket at `path`; empty: the default places.
+/// `SocketWriter` writes through the control socket at `path`; empty: the gateway in the default
+/// places.
 class SocketWriter final : public PointWriter {
  public:
   explicit SocketWriter(std::string path) : path_(std::move(path)) {}
@@ -57,8 +59,9 @@ struct SettingsOptions {
   Duration patience = std::chrono::seconds(10);
 };
 
-// Exit codes: 0 equal; 2 wrong usage; 3 errors in the file, another device, differences, or the
-// restore has stopped; 4 no gateway answers, or the file cannot be written.
+// Exit codes: 0 the device has the values of the file; 2 wrong usage; 3 the file has errors or is
+// from another device, settings differ or are unknown, or the restore has stopped; 4 no gateway
+// answers, or the file cannot be written.
 int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostream& err);
 int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::ostream& err);
 int RunSettingsRestore(const SettingsOptions& options, settings::PointWriter& writer,

@@ -45,14 +45,16 @@ struct Sheet {
   std::optional<Duration> oldest() const;
 };
 
-/// Returns the exit code; prints a failure on `err`.
+/// Reads the settings of LINE.DEVICE from the gateway. Returns the exit code. A failure is printed
+/// on `err`.
 int AskSheet(const std::string& socket, const std::string& target, Sheet& sheet, std::ostream& err);
 
 /// Both formats can be read by ReadSheet, because JSON is a subset of YAML.
 std::string ToYaml(const Sheet& sheet);
 std::string ToJson(const Sheet& sheet);
 
-/// The file may be edited. The error has one line for each problem, "file:line:column: error: …".
+/// Reads a file of `settings dump`, possibly edited. The error has one line for each problem,
+/// "file:line:column: error: …".
 Result<Sheet> ReadSheet(const std::string& path);
 
 struct Difference {
@@ -70,14 +72,15 @@ struct Comparison {
   bool same() const { return different.empty() && open.empty(); }
 };
 
-/// Profile, designation, items and units. The error contains the place in the file.
+/// Checks that profile, designation, items and units are equal. The error contains the place in the
+/// file.
 Status CheckFit(const Sheet& file, const Sheet& now);
 
 /// Compares two sheets. Both must outlive the result.
 Comparison Compare(const Sheet& file, const Sheet& now);
 
-/// Compares whole numbers exactly, others within the precision of a float32. `resolution`: see
-/// Setting.
+/// True if two values are equal: whole numbers exactly, other numbers within the precision of a
+/// float32. Example: true for "0.90" and "0.9". `resolution`: see Setting.
 bool IsSameValue(const std::string& a, const std::string& b, std::optional<double> resolution = {});
 
 }  // namespace baudgate::settings
