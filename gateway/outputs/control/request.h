@@ -70,7 +70,7 @@ struct ReloadAnswer {
   bool ok = false;
   bool applied = false;  ///< the reload has changed the running gateway
   int exit_code = 0;     ///< exit code of the command: 2: faulty file; 4: the reload cannot be done
-  std::vector<std::string> changes;  ///< what has changed, one sentence each
+  std::vector<std::string> changes;  ///< one sentence for each change
   /// Warnings about the configuration file, e.g. "…baudgate.yaml:7:3: warning: …".
   std::vector<std::string> warnings{};
   std::string text;

@@ -39,8 +39,8 @@ bool IsLoopbackPeer(const std::string& peer);
 bool IsAllowed(const config::Web& web, const std::string& peer);
 
 /// True if this request may acknowledge alarms: web.acknowledge is on, and nobody can listen to the
-/// connection. That holds for connections from this machine, and for TLS up to a proxy that runs on
-/// this machine or is listed in web.allow.
+/// connection. This is the case for connections from this machine, and for TLS up to a proxy that
+/// runs on this machine or is listed in web.allow.
 bool MayAcknowledge(const config::Web& web, const Request& request);
 
 // `Logins` stores which clients have sent the token: browsers by the random number in their cookie,

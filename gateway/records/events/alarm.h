@@ -50,8 +50,8 @@ struct AlarmMark {
   Step step = Step::none;
   config::AlarmPriority priority = config::AlarmPriority::none;
   std::string point{};
-  /// True: the event reports the first state that is known since the start. An event that changes nothing is
-  /// dropped if the stored alarm is already in this state.
+  /// True: the event reports the first state that is known since the start. An event that changes
+  /// nothing is dropped if the stored alarm is already in this state.
   bool first = false;
   std::string by{};
   /// Acknowledges only the alarm that the event of this number has raised; 0: any alarm.

@@ -88,7 +88,7 @@ class LinkWriter : public SampleWriter {
   Sent Write(const EventSample& sample) override;
   Sent Write(const AlarmSample& sample) override;
   Sent Write(const ReplySample& reply) override;
-  /// Sends `end`, and waits until the process has ended. That takes longer than `most`, because the
+  /// Sends `end`, and waits until the process has ended. The wait can exceed `most`, because the
   /// process first publishes the final samples.
   bool WaitAcknowledged(Duration most) override;
   Sent Reopen(const Room& room) override;
