@@ -13,6 +13,8 @@ test_packages=(
   libgtest-dev libgmock-dev mbpoll socat iproute2 cyclonedds-dev cyclonedds-tools
   # pymodbus only recommends the other two packages, but imports them.
   python3-pymodbus python3-serial python3-serial-asyncio
+  # The test of packaging/prose.py makes repositories.
+  git
   # For the exposure of the units (systemd-analyze), and for tests of their filters of system calls without systemd.
   systemd libseccomp-dev
 )
