@@ -107,7 +107,7 @@ struct AlarmSample {
   std::int64_t raised_time_ns = 0;
   std::int64_t changed_time_ns = 0;  ///< time of the last change of `state`
   std::string text;
-  std::string acknowledged_by;  ///< user who has acknowledged the alarm; empty: nobody has
+  std::string acknowledged_by;  ///< user who acknowledged the alarm; empty: not acknowledged
 
   bool operator==(const AlarmSample&) const = default;
 };

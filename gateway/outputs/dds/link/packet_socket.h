@@ -63,7 +63,7 @@ struct Peer {
   int process = 0;
   unsigned user = 0;
 };
-/// Returns the next client; nothing: nobody has connected.
+/// Returns the next client; empty: no client is waiting.
 std::optional<Peer> AcceptPeer(int listener);
 
 }  // namespace baudgate::dds
