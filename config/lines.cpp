@@ -161,7 +161,7 @@ PortServer ReadPortServer(const YamlNode& node, const std::string& key, LoadCont
   }
   map.Read<&PortServer::mode>(server);
   if (const auto allow = map.Get("allow")) {
-    server.allow = ReadAllowOrAll(*allow, context.problems);
+    server.allow = ReadNetworks(*allow, "allow", context.problems);
   }
   map.Read<&PortServer::idle>(server);
   if (key == "lend") {

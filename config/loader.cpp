@@ -97,6 +97,7 @@ Loaded LoadText(const std::string& text, const std::string& name, const Catalog&
     if (problems.has_error()) return;
     for (const Line& line : loaded.config.lines) CheckLine(line, catalog, problems);
     CheckRoutes(loaded.config, catalog, problems);
+    CheckOpenListeners(loaded.config, problems);
   });
   loaded.problems = problems.Sorted();
   return loaded;

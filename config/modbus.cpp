@@ -154,13 +154,16 @@ std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, st
   return some;
 }
 
+/// The value of `allow` that admits every machine on purpose, so `check` does not warn of it.
+constexpr std::string_view kEverybody = "everybody";
+
 /// Reads a list with at least one network.
-std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
+std::vector<Network> ReadAllow(const YamlNode& node, const std::string& key, Problems& problems) {
   std::vector<Network> networks;
   for (const YamlNode& range :
-       ReadSome(node, "allow", kMostNetworks,
+       ReadSome(node, key, kMostNetworks,
                 "an empty list admits no client; remove the key to allow all clients", problems)) {
-    const auto network = ReadParsed(range, "allow", problems, ParseNetwork);
+    const auto network = ReadParsed(range, key, problems, ParseNetwork);
     if (network) networks.push_back(*network);
   }
   return networks;
@@ -237,7 +240,11 @@ void ReadNetworkSide(MapReader& map, Listener& listener) {
                         "/dev/ttyUSB4, or remove the key");
   }
   map.Read<&Listener::framing>(listener);
-  if (const auto allow = map.Get("allow")) listener.allow = ReadAllow(*allow, map.problems());
+  if (const auto allow = map.Get("allow")) {
+    const bool everybody = allow->kind() == YamlNode::Kind::scalar && allow->text() == kEverybody;
+    listener.allow = everybody ? std::vector{*ParseNetwork("0.0.0.0/0"), *ParseNetwork("::/0")}
+                               : ReadAllow(*allow, "allow", map.problems());
+  }
   if (const auto clients = map.Get("clients")) ReadClients(*clients, listener, map.problems());
   map.Read<&Listener::max_clients, &Listener::idle_timeout>(listener);
 }
@@ -299,10 +306,11 @@ void ReadKeys(MapReader& map, Listener& listener, LoadContext& context) {
 
 }  // namespace
 
-std::vector<Network> ReadAllowOrAll(const YamlNode& node, Problems& problems) {
-  const bool everybody = node.kind() == YamlNode::Kind::list &&
-                         ReadList(node, "allow", kMostNetworks, problems).empty();
-  return everybody ? std::vector<Network>() : ReadAllow(node, problems);
+std::vector<Network> ReadNetworks(const YamlNode& node, const std::string& key,
+                                  Problems& problems) {
+  const bool is_empty =
+      node.kind() == YamlNode::Kind::list && ReadList(node, key, kMostNetworks, problems).empty();
+  return is_empty ? std::vector<Network>() : ReadAllow(node, key, problems);
 }
 
 std::optional<HostPort> ReadOwnAddress(const YamlNode& node, const std::string& key,

@@ -23,7 +23,7 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
 Listener ReadListener(const YamlNode& node, LoadContext& context);
 /// Reads the networks and addresses that are allowed to connect. `[]` allows everybody, like an
 /// absent key.
-std::vector<Network> ReadAllowOrAll(const YamlNode& node, Problems& problems);
+std::vector<Network> ReadNetworks(const YamlNode& node, const std::string& key, Problems& problems);
 /// Reads an address of this machine: "127.0.0.1:4001", "localhost:4001".
 std::optional<HostPort> ReadOwnAddress(const YamlNode& node, const std::string& key,
                                        const std::string& example, Problems& problems);

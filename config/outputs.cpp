@@ -177,6 +177,7 @@ void ReadTokenFile(const YamlNode& node, Web& web, Problems& problems) {
 ///     hosts: [gate.example.com]
 ///     token: { file: /etc/baudgate/web.token }
 ///     acknowledge: allow
+///     proxies: [10.0.0.5]
 Web ReadWeb(const YamlNode& node, Problems& problems) {
   Web web;
   web.on = true;
@@ -184,7 +185,9 @@ Web ReadWeb(const YamlNode& node, Problems& problems) {
   if (const auto listen = map.Get("listen")) {
     Assign(web.listen, ReadOwnAddress(*listen, "listen", "127.0.0.1:8502", problems));
   }
-  if (const auto allow = map.Get("allow")) web.allow = ReadAllowOrAll(*allow, problems);
+  if (const auto allow = map.Get("allow")) web.allow = ReadNetworks(*allow, "allow", problems);
+  if (const auto proxies = map.Get("proxies"))
+    web.proxies = ReadNetworks(*proxies, "proxies", problems);
   if (const auto hosts = map.Get("hosts")) ReadHosts(*hosts, web, problems);
   const auto token = map.Get("token");
   if (token) ReadTokenFile(*token, web, problems);

@@ -6,6 +6,7 @@
 #include "config/history.h"
 #include "config/lines.h"
 #include "gateway/base/text.h"
+#include "gateway/base/trusted_file.h"
 
 namespace baudgate::config {
 
@@ -217,7 +218,10 @@ RawProfile ReadProfileText(const std::string& text, const std::string& file,
 
 RawProfile ReadProfile(const fs::path& path, const protocols::Protocol& protocol,
                        Problems& problems) {
-  const auto text = ReadWholeFile(path.string());
+  auto text = ReadWholeFile(path.string());
+  if (const std::string why = WhyNotTrusted(path); text && !why.empty()) {
+    text = Error{"is not used: " + why};
+  }
   if (text) {
     return ReadProfileText(*text, path.string(), path.stem().string(), protocol, problems);
   }

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "gateway/base/text.h"
+#include "gateway/base/trusted_file.h"
 #include "protocols/entry.h"
 
 namespace baudgate::config {
@@ -41,6 +42,8 @@ Function Find(void* handle, const char* symbol) {
 }
 
 Result<const protocols::Protocol*> LoadModule(const fs::path& path) {
+  // Checked before dlopen, because loading a module already runs its code.
+  if (const std::string why = WhyNotTrusted(path); !why.empty()) return Error{why};
   void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) return Error{std::string("cannot load module: ") + dlerror()};
   const auto entry = Find<decltype(&baudgate_protocol)>(handle, "baudgate_protocol");

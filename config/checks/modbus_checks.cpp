@@ -148,6 +148,25 @@ void CheckServer(const Route& route, const std::vector<Listener>& listeners, con
   }
 }
 
+void CheckOpenListeners(const Config& config, Problems& problems) {
+  const bool has_targets =
+      !config.modbus.routes.empty() || std::ranges::any_of(config.lines, [](const Line& line) {
+        return std::ranges::any_of(line.devices, [](const Device& device) {
+          return std::ranges::any_of(device.points,
+                                     [](const Point& point) { return point.writing.allowed; });
+        });
+      });
+  if (!config.modbus.enabled || !has_targets) return;
+  for (const Listener& listener : config.modbus.listen) {
+    const bool is_open = !listener.is_serial() && listener.permit != Permit::read &&
+                         listener.allow.empty() && !IsLoopback(ReachOf(listener.host));
+    if (!is_open) continue;
+    problems.Warning(listener.mark, "listen: every machine that reaches " + listener.Address() +
+                                        " can write; add for example allow: [10.0.0.7], or write: "
+                                        "deny. If this is meant, add allow: everybody");
+  }
+}
+
 void CheckRoutes(const Config& config, const Catalog& catalog, Problems& problems) {
   const auto reached = RouteUnits(config);
   for (std::size_t i = 0; i < reached.size(); ++i) {

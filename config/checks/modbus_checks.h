@@ -36,6 +36,10 @@ void CheckServer(const Route& route, const std::vector<Listener>& listeners, con
 
 /// Warns of units that never reach their route, and of deadlines that are too short. `config` has
 /// no errors.
+/// Warns of each listener that lets every machine write to a point or a slave. `allow: everybody`
+/// says that this is meant.
+void CheckOpenListeners(const Config& config, Problems& problems);
+
 void CheckRoutes(const Config& config, const Catalog& catalog, Problems& problems);
 /// Warns of lines on which nothing is ever sent and of broadcasts that reach no line. A route to a
 /// line with serial_server is an error.

@@ -115,7 +115,7 @@ void VisitFields(const Listener*, Visit visit) {
       .help = "serial port only: strip if the adapter returns the gateway's own replies"});
   visit(Field<&Listener::framing>{.help = "rtu, ascii: the frames of a serial line, also over TCP",
                                   .fallback = "tcp; at a serial port rtu"});
-  visit(Field<&Listener::allow>{.help = "networks whose clients may connect",
+  visit(Field<&Listener::allow>{.help = "networks whose clients may connect; everybody: no warning",
                                 .fallback = "everybody"});
   visit(Key{"permit", "read: functions 1-4; data: 1-6, 15 and 16", "read, data, all", "all"});
   visit(Key{"write", "deny means permit: read", "allow, deny", "allow"});
@@ -242,6 +242,7 @@ struct Web {
   std::vector<std::string> hosts;  ///< the gateway's host names for browsers, in lower case
   std::string token_file;          ///< empty: there is no login
   bool acknowledge = false;        ///< true: clients are allowed to acknowledge alarms
+  std::vector<Network> proxies;    ///< proxies whose X-Forwarded-For is trusted
   Mark token_mark;
 
   std::string Address() const;
@@ -260,6 +261,9 @@ void VisitFields(const Web*, Visit visit) {
                                 .help = "{ file: PATH }, mode 0600: its first line is the token"});
   visit(Field<&Web::acknowledge>{.help = "whether alarms may be acknowledged on the page",
                                  .words = kDenyAllow});
+  visit(Field<&Web::proxies>{
+      .help = "addresses of proxies whose X-Forwarded-For and X-Forwarded-Proto are trusted",
+      .fallback = "none"});
   visit(Derived<&Web::token_mark>());
 }
 

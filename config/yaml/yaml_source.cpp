@@ -16,7 +16,8 @@
 namespace baudgate::config {
 namespace {
 
-constexpr std::size_t kLargestText = std::size_t{16} << 20U;
+constexpr std::size_t kLargestText = std::size_t{4} << 20U;
+constexpr std::size_t kMostNodes = 200'000;
 
 bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
@@ -43,24 +44,47 @@ std::string QuotingHint(const Source& source, int last_line) {
   return {};
 }
 
-/// Records where the last document begins and ignores all other events.
+struct TooManyNodes {};
+
+/// Records where the last document begins, and counts the nodes of all documents. Throws
+/// TooManyNodes beyond kMostNodes.
 class DocumentStarts final : public YAML::EventHandler {
  public:
   YAML::Mark last;
 
   void OnDocumentStart(const YAML::Mark& mark) override { last = mark; }
   void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
-  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override { Count(); }
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override { Count(); }
   void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                const std::string&) override {}
+                const std::string&) override {
+    Count();
+  }
   void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                       YAML::EmitterStyle::value) override {}
+                       YAML::EmitterStyle::value) override {
+    Count();
+  }
   void OnSequenceEnd() override {}
   void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                  YAML::EmitterStyle::value) override {}
+                  YAML::EmitterStyle::value) override {
+    Count();
+  }
   void OnMapEnd() override {}
+
+ private:
+  void Count() {
+    if (++nodes_ > kMostNodes) throw TooManyNodes();
+  }
+
+  std::size_t nodes_ = 0;
 };
+
+/// True if the text has so many brackets and commas that it must have more than kMostNodes nodes.
+/// yaml-cpp stores all tokens of a line of such a text before its first event, with 200 bytes each.
+bool HasTooManyBrackets(std::string_view text) {
+  const auto separates = [](char c) { return c == '[' || c == '{' || c == ','; };
+  return static_cast<std::size_t>(std::ranges::count_if(text, separates)) > kMostNodes;
+}
 
 // Returns the only document of the text. YAML::LoadAll cannot be used: a comma behind a value
 // ("{ a: 1 },") makes it produce documents without end, until memory is exhausted.
@@ -145,9 +169,16 @@ YamlNode::Kind YamlNode::kind() const {
 
 std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& problems) {
   if (text.size() > kLargestText) {
-    problems.Error({name, 0, 0}, "is larger than 16 MiB; this is not a configuration");
+    problems.Error({name, 0, 0}, "is larger than 4 MiB; this is not a configuration");
     return std::nullopt;
   }
+  const auto refuse_nodes = [&problems](const std::string& file) {
+    problems.Error({file, 0, 0},
+                   "has more than 200000 keys and values; use profiles for devices of one kind, or "
+                   "divide the devices among several gateways");
+    return std::nullopt;
+  };
+  if (HasTooManyBrackets(text)) return refuse_nodes(name);
   const auto source = std::make_shared<const Source>(std::move(name), std::move(text));
   const std::size_t bad = FirstNotUtf8(source->text());
   if (bad != std::string::npos) {
@@ -160,6 +191,8 @@ std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& 
   try {
     if (auto node = OnlyDocument(*source, problems)) return YamlNode(std::move(*node), source);
     return std::nullopt;
+  } catch (const TooManyNodes&) {
+    return refuse_nodes(source->name());
   } catch (const YAML::Exception& error) {
     const Position place = source->At(error.mark);
     problems.Error(source->MarkAt(place), "this is not YAML: " + WithoutQuotation(error.msg) +
@@ -179,7 +212,7 @@ Result<std::string> ReadWholeFile(const std::string& path) {
   std::vector<char> chunk(std::size_t{1} << 16U);
   while (file.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || file.gcount() > 0) {
     text.append(chunk.data(), static_cast<std::size_t>(file.gcount()));
-    if (text.size() > kLargestText) return Error{"is larger than 16 MiB"};
+    if (text.size() > kLargestText) return Error{"is larger than 4 MiB"};
   }
   if (file.bad()) return Error{"cannot be read"};
   return text;

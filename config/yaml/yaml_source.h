@@ -72,10 +72,11 @@ class YamlNode {
 };
 
 /// Parses `text` and returns its root; on an error reports one problem and returns nothing. Texts
-/// beyond 16 MiB are refused; yaml-cpp refuses nesting beyond a few hundred levels.
+/// beyond 4 MiB or 200,000 nodes are refused before the tree is built, so a hostile text takes at
+/// most some 100 MB for a moment; yaml-cpp refuses nesting beyond a few hundred levels.
 std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& problems);
 
-/// Returns the content of a file; an error if it cannot be read or exceeds 16 MiB.
+/// Returns the content of a file; an error if it cannot be read or exceeds 4 MiB.
 Result<std::string> ReadWholeFile(const std::string& path);
 
 }  // namespace baudgate::config

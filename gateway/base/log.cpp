@@ -165,8 +165,8 @@ void Write(Level level, const About& about, const std::string& text) {
   PrintOrHold(nullptr, level, about, Whole(about, text));
 }
 
-void Write(Level level, const std::string& key, const std::string& text) {
-  PrintOrHold(&key, level, {}, text);
+void Write(Level level, const About& about, const std::string& key, const std::string& text) {
+  PrintOrHold(&key, level, about, Whole(about, text));
 }
 
 void WriteAct(Level level, const std::string& text) { Print(level, {}, text); }

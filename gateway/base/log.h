@@ -39,7 +39,7 @@ void Write(Level level, const std::string& text);
 void Write(Level level, const About& about, const std::string& text);
 /// Texts with the same key count as repeats of each other. When a minute is over, the last of the
 /// repeats is written.
-void Write(Level level, const std::string& key, const std::string& text);
+void Write(Level level, const About& about, const std::string& key, const std::string& text);
 /// Writes the text even if it is a repeat, because every act of a person counts.
 void WriteAct(Level level, const std::string& text);
 void WriteAct(Level level, const About& about, const std::string& text);
@@ -85,7 +85,13 @@ void Act(Level level, fmt::format_string<Args...> form, Args&&... args) {
 /// with the same `key` count as repeats.
 template <typename... Args>
 void WarnFolded(const std::string& key, fmt::format_string<Args...> form, Args&&... args) {
-  Write(Level::warning, key, fmt::format(form, std::forward<Args>(args)...));
+  Write(Level::warning, {}, key, fmt::format(form, std::forward<Args>(args)...));
+}
+/// Like WarnFolded, for information about a line, such as a client that has its port.
+template <typename... Args>
+void InfoFolded(const About& about, const std::string& key, fmt::format_string<Args...> form,
+                Args&&... args) {
+  Write(Level::info, about, key, fmt::format(form, std::forward<Args>(args)...));
 }
 
 }  // namespace baudgate::log

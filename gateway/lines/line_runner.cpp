@@ -185,12 +185,10 @@ bool LineRunner::Submit(bus::RoutedRequest request) {
     request.done({Outcome::line_down, {}, "the driver of the line does not answer"});
     return true;
   }
-  if (routed_.fetch_add(1) >= bus::RouteQueue::LimitFor(request)) {
-    --routed_;
-    return false;
-  }
-  request.done = [this, done = std::move(request.done)](bus::RoutedReply reply) {
-    --routed_;
+  if (!bus::RouteQueue::TakePlace(routed_, request)) return false;
+  request.done = [this, host = request.host,
+                  done = std::move(request.done)](bus::RoutedReply reply) {
+    routed_.Give(host);
     done(std::move(reply));
   };
   Post([request = std::move(request)](LineParts& line, Now now) mutable {

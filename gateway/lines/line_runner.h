@@ -198,7 +198,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
   bus::CommandRoom queued_{
       bus::Poller::kQueueLimit};  // counts commands that were submitted and not answered yet
   // Counts routed requests that were submitted and not answered yet.
-  std::atomic<std::size_t> routed_ = 0;
+  FairPlaces routed_{bus::RouteQueue::kLimit};
   std::atomic<WallTime> stuck_since_ = WallTime{};
   bool started_ = false;
   bool stopping_ = false;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/fair_places.h"
 #include "gateway/base/log.h"
 #include "gateway/records/audit/audited_writes.h"
 
@@ -117,7 +118,9 @@ void PortLoan::HandOver(Now now) {
     until_ = Instant::max();
     links_.news.OnNews({bus::News::What::port_served, false, {}, who}, now);
   }
-  log::Info({.line = links_.config.name}, "{} has the port", who);
+  log::InfoFolded({.line = links_.config.name},
+                  links_.config.name + " has port " + HostOf(visit_.client), "{} has the port",
+                  who);
   PortUser& user = *user_;
   user.Grant(links_.port, links_.config.serial, now);
   if (user_ != nullptr) ShowVisit(now);
@@ -163,7 +166,9 @@ bool PortLoan::Dismiss(const std::string& why, Now now) {
 void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   const Duration took = now.instant - visit.began.instant;
   const std::string text = fmt::format("{}, after {}; {}", why, TookText(took), BytesOf(visit));
-  log::Info({.line = links_.config.name}, "{} no longer has the port: {}", visit.client, text);
+  log::InfoFolded({.line = links_.config.name},
+                  links_.config.name + " had port " + HostOf(visit.client),
+                  "{} no longer has the port: {}", visit.client, text);
   if (lends() && links_.records.log != nullptr) {
     audit::EndLoan(*links_.records.log, {links_.config.name, visit.client, visit.began},
                    why + "; " + BytesOf(visit), now);

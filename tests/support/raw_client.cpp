@@ -50,6 +50,17 @@ RawClient::RawClient(std::uint16_t port, int receive_buffer)
   Connect(&address, sizeof address);
 }
 
+RawClient::RawClient(std::uint16_t port, const std::string& from)
+    : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  ::inet_pton(AF_INET, from.c_str(), &address.sin_addr);
+  ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  Connect(&address, sizeof address);
+}
+
 RawClient::RawClient(const std::string& path)
     : socket_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
   sockaddr_un address{};

@@ -19,6 +19,8 @@ class RawClient {
   /// `receive_buffer` is the size of the kernel's receive buffer in bytes; 0: the default.
   explicit RawClient(std::uint16_t port, int receive_buffer = 0);
   explicit RawClient(const std::string& path);
+  /// Connects from another address of this machine, such as "127.0.0.2".
+  RawClient(std::uint16_t port, const std::string& from);
   RawClient(RawClient&& other) noexcept : socket_(std::exchange(other.socket_, -1)) {}
   ~RawClient() { Close(); }
 

@@ -6,6 +6,7 @@
 #include <bitset>
 #include <iterator>
 #include <limits>
+#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -64,15 +65,27 @@ bool RouteQueue::IsShortWrite(const RoutedRequest& request) {
   }
 }
 
+bool RouteQueue::TakePlace(FairPlaces& places, const RoutedRequest& request) {
+  const bool short_write = IsShortWrite(request);
+  const std::size_t weight = short_write                                    ? 7
+                             : request.priority == config::Priority::high   ? 7
+                             : request.priority == config::Priority::normal ? 3
+                                                                            : 1;
+  return places.Take(request.host, weight, short_write ? kKept : 0);
+}
+
+void RouteQueue::AddTurns(const RoutedRequest& request) {
+  turn_of_host_.try_emplace(request.host, ++next_turn_);
+  turn_of_client_.try_emplace(request.client, next_turn_);
+}
+
 void RouteQueue::Push(RoutedRequest request) {
-  if (!turn_.contains(request.client)) turn_[request.client] = ++next_turn_;
+  AddTurns(request);
   waiting_.push_back(std::move(request));
 }
 
 void RouteQueue::Return(Batch batch) {
-  for (const RoutedRequest& request : batch) {
-    if (!turn_.contains(request.client)) turn_[request.client] = ++next_turn_;
-  }
+  for (const RoutedRequest& request : batch) AddTurns(request);
   waiting_.insert(waiting_.begin(), std::make_move_iterator(batch.begin()),
                   std::make_move_iterator(batch.end()));
 }
@@ -203,12 +216,13 @@ std::optional<std::size_t> RouteQueue::NextFor(std::uint8_t slave) const {
 
 template <typename Wanted>
 RouteQueue::Batch RouteQueue::TakeBest(const MayAsk& may_ask, Wanted wanted) {
-  using Rank = std::pair<int, std::uint64_t>;
+  using Rank = std::tuple<int, std::uint64_t, std::uint64_t>;
   std::optional<std::pair<Rank, std::size_t>> best;
   Earlier earlier;
   for (std::size_t place = 0; place < waiting_.size(); ++place) {
     const RoutedRequest& request = waiting_[place];
-    const Rank rank(-static_cast<int>(request.priority), turn_.at(request.client));
+    const Rank rank(-static_cast<int>(request.priority), turn_of_host_.at(request.host),
+                    turn_of_client_.at(request.client));
     const bool better = !best || rank < best->first;
     if (better && wanted(place) && may_ask(request) && earlier.LetPass(request)) {
       best.emplace(rank, place);
@@ -234,7 +248,9 @@ RouteQueue::Batch RouteQueue::TakeWithTwins(std::size_t place) {
     batch.insert(batch.end(), std::make_move_iterator(twins.begin()),
                  std::make_move_iterator(twins.end()));
   }
-  for (const RoutedRequest& taken : batch) turn_[taken.client] = ++next_turn_;
+  for (const RoutedRequest& taken : batch) {
+    turn_of_host_[taken.host] = turn_of_client_[taken.client] = ++next_turn_;
+  }
   ForgetServed(batch);
   return batch;
 }
@@ -256,12 +272,16 @@ std::vector<RoutedRequest> RouteQueue::TakeIf(Wanted wanted) {
 }
 
 void RouteQueue::ForgetServed(const std::vector<RoutedRequest>& taken) {
-  std::unordered_set<std::uint64_t> served;
-  for (const RoutedRequest& request : taken) served.insert(request.client);
-  for (auto waits = waiting_.begin(); waits != waiting_.end() && !served.empty(); ++waits) {
-    served.erase(waits->client);
-  }
-  for (const std::uint64_t client : served) turn_.erase(client);
+  const auto forget = [&](TurnBy& turns, std::uint64_t RoutedRequest::*who) {
+    std::unordered_set<std::uint64_t> served;
+    for (const RoutedRequest& request : taken) served.insert(request.*who);
+    for (auto waits = waiting_.begin(); waits != waiting_.end() && !served.empty(); ++waits) {
+      served.erase((*waits).*who);
+    }
+    for (const std::uint64_t one : served) turns.erase(one);
+  };
+  forget(turn_of_host_, &RoutedRequest::host);
+  forget(turn_of_client_, &RoutedRequest::client);
 }
 
 namespace {

@@ -1,6 +1,7 @@
 // `RouteQueue` contains requests of clients of transparent routes that wait for one serial line,
-// and chooses the next one. There are three priorities, clients take turns, short writes go before
-// all others, and a write never goes before an earlier write to its slave. The queue has no clock
+// and chooses the next one. There are three priorities, hosts take turns, then the connections of a
+// host. Short writes go before all others, and a write never goes before an earlier write to its
+// slave. The queue has no clock
 // and does no I/O. Each choice takes time in proportion to the number of waiting requests.
 // `RoutedRequest` and `RoutedReply` are the contents; a `RouteTarget` takes requests: a line, or a
 // server elsewhere. `RoutedSide` remembers when clients were served last, and which offline slaves
@@ -14,10 +15,12 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "config/model/outputs.h"
 #include "gateway/base/bytes.h"
+#include "gateway/base/fair_places.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "protocols/modbus_pdu/modbus_pdu.h"
@@ -47,7 +50,8 @@ struct RoutedReply {
 };
 
 struct RoutedRequest {
-  std::uint64_t client = 0;  ///< number of the client; clients of one priority take turns
+  std::uint64_t client = 0;  ///< number of the client's connection
+  std::uint64_t host = 0;    ///< number of the client's host (gateway/base/fair_places.h)
   std::uint8_t slave = 0;    ///< address on the line, or unit id at the server
   bool broadcast = false;    ///< to slave 0, without a reply
   Bytes pdu;                 ///< function code and data, 1…253 bytes
@@ -74,8 +78,8 @@ inline RoutedReply Abandoned(bool sent) {
 class RouteTarget {
  public:
   virtual ~RouteTarget() = default;
-  /// Takes a request. Returns false if the queue is full or the target is stopping; `done` is not
-  /// called then.
+  /// Takes a request. Returns false if the host of the request has too many requests already, or
+  /// the target is stopping; `done` is not called then.
   virtual bool Submit(RoutedRequest request) = 0;
   /// The client has left. Its waiting requests are answered at once and not sent; an exchange under
   /// way continues.
@@ -103,11 +107,10 @@ class RouteQueue {
   /// True if the request is a short write, such as a start or stop, which goes before reads and
   /// blocks.
   static bool IsShortWrite(const RoutedRequest& request);
-  /// Returns how many requests may wait before this one is refused: `limit`, and more for a short
-  /// write.
-  static std::size_t LimitFor(const RoutedRequest& request, std::size_t limit = kLimit) {
-    return limit + (IsShortWrite(request) ? kKept : 0);
-  }
+  /// Takes a place for a request before it is passed to the queue. Returns false if the host of the
+  /// request has its share. A host with requests of low priority has as many places as are free;
+  /// normal priority: three times, high priority and short writes: seven times as many.
+  static bool TakePlace(FairPlaces& places, const RoutedRequest& request);
 
   void Push(RoutedRequest request);
   /// Puts requests back that were taken but not answered, in front of all others.
@@ -149,11 +152,17 @@ class RouteQueue {
   Batch TakeWithTwins(std::size_t place);
   template <typename Wanted>
   std::vector<RoutedRequest> TakeIf(Wanted wanted);
-  /// Removes the turn of each client that has no more waiting requests.
+  /// Gives the host and the client of the request the last turns, unless they have turns already.
+  void AddTurns(const RoutedRequest& request);
+  /// Removes the turns of each host and client that has no more waiting requests.
   void ForgetServed(const std::vector<RoutedRequest>& taken);
 
-  std::deque<RoutedRequest> waiting_;            // in the order of their arrival
-  std::map<std::uint64_t, std::uint64_t> turn_;  // for each waiting client; the lowest is next
+  /// The turn of each host, or each client, that waits. The lowest is next.
+  using TurnBy = std::unordered_map<std::uint64_t, std::uint64_t>;
+
+  std::deque<RoutedRequest> waiting_;  // in the order of their arrival
+  TurnBy turn_of_host_;
+  TurnBy turn_of_client_;
   std::uint64_t next_turn_ = 0;
 };
 

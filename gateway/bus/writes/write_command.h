@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "gateway/base/bytes.h"
+#include "gateway/base/fair_places.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
@@ -196,12 +197,13 @@ class CommandSink {
   virtual void OnNotTaken(const DeniedWrite&) {}
 };
 
-// `CommandRoom` limits how many commands wait for a line. A client can have as many waiting
-// commands as there are places free for others, so a client that writes without end does not block
-// others. Commands of clients that have left are never sent and use no place, so a client that
-// connects, writes and leaves again and again does not block others either.
+// `CommandRoom` limits how many commands wait. A connection can have as many waiting commands as
+// there are places free for others, and all connections of a host three times as many, so a host
+// that writes without end does not block others. Commands of clients that have left are never sent
+// and use no place, so a client that connects, writes and leaves again and again does not block
+// others either.
 //
-//   32 places: one client has at most 16, a second client 8, a third 4 …
+//   32 places: the first connection has at most 16, a second one 8, and their host 24
 //
 // All functions can be called from any thread.
 class CommandRoom {
@@ -212,6 +214,8 @@ class CommandRoom {
 
   /// Greatest number of commands of clients that have left and that the line has not discarded yet.
   static constexpr std::size_t kMostAbandoned = 1024;
+  /// A host can have this many times as many commands as there are free places.
+  static constexpr std::size_t kMostOfHost = 3;
 
   explicit CommandRoom(std::size_t limit) : limit_(limit) {}
 
@@ -220,10 +224,17 @@ class CommandRoom {
     const MutexLock lock(mutex_);
     const auto waits = [](const auto& held) { return !held.second.IsAbandoned(); };
     const auto taken = static_cast<std::size_t>(std::ranges::count_if(held_, waits));
-    const auto own = static_cast<std::size_t>(std::ranges::count_if(
-        held_, [&](const auto& held) { return waits(held) && held.second.client == client; }));
+    const std::uint64_t host = HostNumberOf(client);
+    std::size_t own = 0;
+    std::size_t of_host = 0;
+    for (const auto& [ticket, held] : held_) {
+      if (held.IsAbandoned() || held.host != host) continue;
+      ++of_host;
+      if (held.client == client) ++own;
+    }
     if (own + taken >= limit_ || held_.size() - taken >= kMostAbandoned) return std::nullopt;
-    held_.emplace(++last_, Held{client, std::move(abandoned)});
+    if (of_host >= kMostOfHost * (limit_ - taken)) return std::nullopt;
+    held_.emplace(++last_, Held{client, host, std::move(abandoned)});
     return last_;
   }
   /// Gives the place back, because the command was answered.
@@ -237,6 +248,7 @@ class CommandRoom {
     bool IsAbandoned() const { return abandoned && *abandoned; }
 
     std::string client;
+    std::uint64_t host = 0;
     Abandoned abandoned;
   };
 

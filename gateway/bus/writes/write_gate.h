@@ -143,6 +143,7 @@ struct Writer {
   std::uint64_t number = 0;  ///< number of the client's connection
   /// Contains true when the client has left. Null: this is not known.
   std::shared_ptr<const std::atomic<bool>> left{};
+  std::uint64_t host = 0;  ///< number of the client's host (gateway/base/fair_places.h)
 };
 
 struct WriteAsk {

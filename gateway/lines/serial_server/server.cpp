@@ -170,24 +170,41 @@ std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
       });
   if (!allowed) return "its address is not in the allow list";
   const bool wait = use_ == Use::served && config_.busy == config::PortServer::Busy::wait;
-  if (holder_ != nullptr && !wait) return "the port is in use by " + holder_->name;
+  if (holder_ != nullptr && !wait && !IsSilent(*holder_)) {
+    return "the port is in use by " + holder_->name;
+  }
   if (clients_.size() >= kMostClients && !MakeRoom()) {
     return "too many clients are connected already";
   }
   return std::nullopt;
 }
 
-/// Disconnects the oldest client that has not asked for the port yet. Returns false if there is
-/// none, or if the port is not lent.
+/// True if the client has sent nothing for the port yet. It then must not keep a served port from
+/// a client that sends.
+bool Server::IsSilent(const Client& client) const {
+  return client.session ? !client.session->asks() : client.early.empty();
+}
+
+/// Disconnects the oldest silent client. Returns false if there is none.
 bool Server::MakeRoom() {
-  const auto silent = std::ranges::find_if(
-      clients_, [](const Client& one) { return one.session && !one.session->asks(); });
-  if (use_ == Use::served || silent == clients_.end()) return false;
+  const auto silent =
+      std::ranges::find_if(clients_, [this](const Client& one) { return IsSilent(one); });
+  if (silent == clients_.end()) return false;
   log::WarnFolded(line_ + " room",
                   "line {}: idle client {} is disconnected to make room for another", line_,
                   silent->name);
-  Remove(*silent);
+  Leave(*silent, "it sent nothing, and its place is needed for another client", ReadClocks());
   return true;
+}
+
+/// Disconnects the clients that wait for a served port. They were admitted while the client that
+/// has the port was silent, and with `busy: refuse` no client waits.
+void Server::RefuseWaiting(Now now) {
+  if (use_ != Use::served || config_.busy == config::PortServer::Busy::wait) return;
+  while (clients_.size() > 1) {
+    Client& waiting = &clients_.front() == holder_ ? clients_.back() : clients_.front();
+    Leave(waiting, "the port is in use by " + holder_->name, now);
+  }
 }
 
 void Server::Welcome(tcp::socket socket) {
@@ -231,13 +248,17 @@ void Server::BeginSession(Client& client, Now now) {
 }
 
 void Server::OnBytes(Client& client, View bytes) {
+  const Now now = ReadClocks();
   if (!client.session) {
     Append(client.early, bytes);
     if (client.early.size() >= kMostEarly) client.socket->Pause(true);
+    if (holder_ != nullptr && IsSilent(*holder_)) {
+      Leave(*holder_, "it sent nothing, and " + client.name + " uses the port", now);
+    }
     return;
   }
-  const Now now = ReadClocks();
   client.session->OnClient(bytes, now);
+  if (holder_ == &client && client.session->asks()) RefuseWaiting(now);
   if (client.session->asks() && !client.session->has_port() && holder_ != &client) {
     if (holder_ != nullptr) return Leave(client, "the port is in use by " + holder_->name, now);
     return Want(client, now);
@@ -273,6 +294,7 @@ void Server::Grant(transports::Transport& port, const config::SerialSettings& se
   if (const Bytes early = std::exchange(client.early, {}); !early.empty()) {
     client.socket->Pause(false);
     client.session->OnClient(early, now);
+    RefuseWaiting(now);
   }
   if (client.has_ended) client.session->OnClientEnd(now);
   Arm();
@@ -321,7 +343,9 @@ void Server::Remove(Client& client) {
 
 void Server::AdmitNext(Now now) {
   if (use_ != Use::served || holder_ != nullptr || clients_.empty()) return;
-  Want(clients_.front(), now);
+  const auto sends =
+      std::ranges::find_if(clients_, [this](const Client& one) { return !IsSilent(one); });
+  Want(sends == clients_.end() ? clients_.front() : *sends, now);
 }
 
 // ---------------------------------------------------------------- time

@@ -104,6 +104,8 @@ class Server final : public PortUser {
   void Welcome(asio::ip::tcp::socket socket);
   std::optional<std::string> WhyNot(const asio::ip::tcp::endpoint& peer);
   bool MakeRoom();
+  bool IsSilent(const Client& client) const;
+  void RefuseWaiting(Now now);
   void BeginSession(Client& client, Now now);
   void Want(Client& client, Now now);
   void OnBytes(Client& client, View bytes);

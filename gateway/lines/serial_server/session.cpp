@@ -284,8 +284,8 @@ void Session::Decode(View bytes, Now now) {
 }
 
 void Session::Take(Kind kind, View bytes, Now now) {
+  asks_ = true;
   if (port_ == nullptr || break_at_) {
-    asks_ = true;
     waiting_.push_back({kind, Bytes(bytes.begin(), bytes.end())});
   } else if (kind == Kind::break_key) {
     break_asked_ = now.instant;

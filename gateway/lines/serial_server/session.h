@@ -194,7 +194,7 @@ class Session {
   void OnClientEnd(Now now);
   void OnClientRoom() { Regulate(); }
 
-  /// True if the client has sent something that needs the port.
+  /// True if the client has sent something for the port.
   bool asks() const { return asks_; }
   bool has_port() const { return port_ != nullptr; }
   /// Gives the port to the client. `port` has the settings `serial`, and must stay valid until End.

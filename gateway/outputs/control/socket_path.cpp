@@ -10,6 +10,9 @@
 #include <cstring>
 #include <filesystem>
 
+#include "gateway/base/system_trouble.h"
+#include "gateway/base/trusted_file.h"
+
 namespace baudgate::control {
 namespace {
 
@@ -49,6 +52,21 @@ Status PrepareDirectory(const std::string& directory) {
     return Error{directory + ": another user owns it or may write to it"};
   }
   return {};
+}
+
+std::string WhyNotBelieved(const std::string& path, uid_t listener, bool is_given) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const bool of_service = folder == kServiceDirectory;
+  if (!of_service && !is_given) {
+    if (std::string why = WhyNotTrusted(folder); !why.empty()) return why;
+  }
+  if (listener == 0 || (!of_service && listener == ::getuid())) return {};
+  struct stat its {};
+  const bool is_owner =
+      ::stat(folder.c_str(), &its) == 0 && its.st_uid == listener && (its.st_mode & S_IWOTH) == 0;
+  if (is_owner && (of_service || is_given)) return {};
+  return path + " is not used: a program of user '" + NameOfUser(listener) +
+         "' listens there, and the folder belongs to another user";
 }
 
 std::vector<std::string> ListSockets(const std::vector<std::string>& directories) {

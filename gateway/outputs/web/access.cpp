@@ -12,8 +12,10 @@
 #include <cstring>
 #include <utility>
 
+#include "gateway/base/fair_places.h"
 #include "gateway/base/log.h"
 #include "gateway/base/text.h"
+#include "gateway/base/trusted_file.h"
 #include "gateway/outputs/status/status_json.h"
 
 namespace baudgate::web {
@@ -47,6 +49,9 @@ Result<std::string> ReadToken(const std::string& file) {
     return Error{name + " cannot be read: " + std::strerror(errno) +
                  "; create it with: install -m 0600 -o baudgate /dev/null " + file +
                  " && openssl rand -hex 32 > " + file};
+  }
+  if (const std::string why = WhyNotTrusted(file); !why.empty()) {
+    return Error{"the token file is not used: " + why};
   }
   struct stat status {};
   if (::fstat(open.get(), &status) != 0 || !S_ISREG(status.st_mode)) {
@@ -121,11 +126,17 @@ bool IsSameOrigin(const std::string& origin, const std::string& host) {
   return false;
 }
 
+bool Has(const std::vector<config::Network>& networks, const std::string& address) {
+  if (!config::IsIpAddress(address)) return false;
+  const config::Network reach = config::ReachOf(address);
+  return std::ranges::any_of(
+      networks, [&](const config::Network& network) { return config::Covers(network, reach); });
+}
+
 /// True if a trusted proxy reports that it has received the request by TLS. Trusted are proxies on
-/// this machine and those that web.allow contains.
+/// this machine and those of web.proxies.
 bool CameByTls(const config::Web& web, const Request& request) {
-  const bool proxy =
-      IsLoopbackPeer(request.peer) || (!web.allow.empty() && IsAllowed(web, request.peer));
+  const bool proxy = IsLoopbackPeer(request.peer) || Has(web.proxies, request.peer);
   return proxy && Lower(request.Header("x-forwarded-proto").value_or("")) == "https";
 }
 
@@ -136,11 +147,19 @@ bool IsLoopbackPeer(const std::string& peer) {
 }
 
 bool IsAllowed(const config::Web& web, const std::string& peer) {
-  if (web.allow.empty()) return true;
-  if (!config::IsIpAddress(peer)) return false;
-  const config::Network reach = config::ReachOf(peer);
-  return std::ranges::any_of(
-      web.allow, [&](const config::Network& network) { return config::Covers(network, reach); });
+  return web.allow.empty() || Has(web.allow, peer);
+}
+
+std::string ForwardedFor(const config::Web& web, const Request& request) {
+  if (!Has(web.proxies, request.peer)) return {};
+  const std::string list = request.Header("x-forwarded-for").value_or("");
+  const auto addresses = Split(list, ',');
+  for (std::size_t i = addresses.size(); i-- > 0;) {
+    const std::string address(Trim(addresses[i]));
+    if (!config::IsIpAddress(address)) return {};
+    if (!Has(web.proxies, address)) return address;
+  }
+  return {};
 }
 
 std::optional<Response> Refusal(const config::Web& web, const Request& request) {
@@ -230,36 +249,20 @@ std::optional<std::string> Logins::SessionOf(const Request& request) const {
   return std::nullopt;
 }
 
-bool Logins::MustWait(const std::string& peer, Instant now) {
-  const auto found = failures_.find(peer);
-  if (found == failures_.end()) return false;
-  std::deque<Instant>& times = found->second;
-  while (!times.empty() && now - times.front() >= kWindow) times.pop_front();
-  const bool wait = times.size() >= kMostFailures;
-  if (times.empty()) failures_.erase(found);
-  return wait;
-}
-
-void Logins::NoteFailure(const std::string& peer, Instant now) {
-  if (failures_.size() >= kMostAddresses && !failures_.contains(peer)) {
-    const auto oldest = std::ranges::min_element(
-        failures_, {}, [](const auto& entry) { return entry.second.back(); });
-    failures_.erase(oldest);
-  }
-  failures_[peer].push_back(now);
-}
-
-Logins::Verdict Logins::Judge(const std::string& peer, std::string_view shown, Instant now) {
-  if (MustWait(peer, now)) return Verdict::wait;
+Logins::Verdict Logins::Judge(const std::string& client, std::string_view shown, Instant now) {
   if (SameSecret(shown, *token_)) return Verdict::yes;
-  NoteFailure(peer, now);
+  while (!failures_.empty() && now - failures_.front().at >= kWindow) failures_.pop_front();
+  const std::uint64_t host = HostNumberOf(client);
+  const auto own = static_cast<std::size_t>(std::ranges::count(failures_, host, &Failure::host));
+  if (own >= kMostFailures || failures_.size() >= kMostGuesses) return Verdict::wait;
+  failures_.push_back({host, now});
   return Verdict::no;
 }
 
 Logins::Verdict Logins::Check(const Request& request, Instant now) {
   const MutexLock lock(mutex_);
   if (!token_) return Verdict::yes;
-  if (const auto bearer = BearerOf(request)) return Judge(request.peer, *bearer, now);
+  if (const auto bearer = BearerOf(request)) return Judge(request.client(), *bearer, now);
   const auto session = SessionOf(request);
   if (!session) return Verdict::no;
   const auto found = sessions_.find(*session);
@@ -270,7 +273,7 @@ Logins::Opened Logins::Open(const Request& request, std::string_view token, bool
                             Instant now) {
   const MutexLock lock(mutex_);
   if (!token_) return {Verdict::yes, {}};
-  const Verdict verdict = Judge(request.peer, token, now);
+  const Verdict verdict = Judge(request.client(), token, now);
   if (verdict != Verdict::yes) return {verdict, {}};
   std::erase_if(sessions_, [now](const auto& entry) { return now >= entry.second; });
   if (sessions_.size() >= kMostSessions) {
@@ -343,7 +346,7 @@ Response Empty(int status) {
 }
 
 Response WaitAMinute() {
-  Response response = Problem(429, "too many wrong tokens from this address; wait a minute");
+  Response response = Problem(429, "too many wrong tokens; wait a minute");
   response.headers.emplace_back("Retry-After", "60");
   return response;
 }
@@ -413,7 +416,7 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
       403,
       its->acknowledge
           ? "alarms can be acknowledged only from the gateway's machine, or over TLS through a "
-            "proxy in web.allow"
+            "proxy in web.proxies"
           : "alarms cannot be acknowledged on this page; see web.acknowledge in the configuration");
 }
 
@@ -435,7 +438,8 @@ Response Access::Login(const Request& request, Instant now) {
   const auto opened = logins_.Open(request, TokenOf(request), CameByTls(*web(), request), now);
   if (opened.verdict == Logins::Verdict::wait) return WaitAMinute();
   if (opened.verdict == Logins::Verdict::no) {
-    log::Warn("web: a wrong token from {}", request.peer);
+    log::WarnFolded("web: wrong token from " + HostOf(request.client()),
+                    "web: a wrong token from {}", request.client());
     return Problem(401, "wrong token; enter the token of this gateway");
   }
   Response response = Empty(204);

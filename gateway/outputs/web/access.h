@@ -35,24 +35,28 @@ Result<std::string> ReadToken(const std::string& file);
 std::optional<Response> Refusal(const config::Web& web, const Request& request);
 
 bool IsLoopbackPeer(const std::string& peer);
+/// Returns the address of the client that a proxy of web.proxies names in X-Forwarded-For: the last
+/// address of the list that is no such proxy. Empty: no trusted proxy names a client.
+std::string ForwardedFor(const config::Web& web, const Request& request);
 /// True if web.allow contains the address or is empty.
 bool IsAllowed(const config::Web& web, const std::string& peer);
 
 /// True if this request may acknowledge alarms: web.acknowledge is on, and nobody can listen to the
 /// connection. This is the case for connections from this machine, and for TLS up to a proxy that
-/// runs on this machine or is listed in web.allow.
+/// runs on this machine or is listed in web.proxies.
 bool MayAcknowledge(const config::Web& web, const Request& request);
 
 // `Logins` stores which clients have sent the token: browsers by the random number in their cookie,
-// programs by the token in each request. An address with too many wrong tokens must wait. Any
-// thread may call it; the time is an argument.
+// programs by the token in each request. A host with too many wrong tokens is told to wait, and so
+// is every host if all together have sent too many. The right token is accepted even then, so
+// nobody can lock its owner out. Any thread may call it; the time is an argument.
 class Logins {
  public:
   static constexpr Duration kSession = 12h;
   static constexpr Duration kWindow = 1min;
-  static constexpr std::size_t kMostFailures = 5;  ///< wrong tokens of one address in kWindow
+  static constexpr std::size_t kMostFailures = 5;   ///< wrong tokens of one host in kWindow
+  static constexpr std::size_t kMostGuesses = 100;  ///< wrong tokens of all hosts in kWindow
   static constexpr std::size_t kMostSessions = 256;
-  static constexpr std::size_t kMostAddresses = 1024;
 
   /// `port` is part of the cookie's name, because browsers send the cookies of a machine to all its
   /// ports.
@@ -77,9 +81,7 @@ class Logins {
 
  private:
   std::optional<std::string> SessionOf(const Request& request) const;
-  bool MustWait(const std::string& peer, Instant now) BAUDGATE_REQUIRES(mutex_);
-  void NoteFailure(const std::string& peer, Instant now) BAUDGATE_REQUIRES(mutex_);
-  Verdict Judge(const std::string& peer, std::string_view shown, Instant now)
+  Verdict Judge(const std::string& client, std::string_view shown, Instant now)
       BAUDGATE_REQUIRES(mutex_);
 
   const std::string cookie_;
@@ -87,7 +89,12 @@ class Logins {
   std::optional<std::string> token_ BAUDGATE_GUARDED_BY(mutex_);
   /// End time of each session.
   std::map<std::string, Instant> sessions_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<std::string, std::deque<Instant>> failures_ BAUDGATE_GUARDED_BY(mutex_);
+  struct Failure {
+    std::uint64_t host = 0;
+    Instant at{};
+  };
+  /// The wrong tokens of the last kWindow, the oldest first; at most kMostGuesses.
+  std::deque<Failure> failures_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 class Access {
@@ -102,6 +109,8 @@ class Access {
   void Set(const config::Config& config, std::optional<std::string> token);
   void SetHistory(bool kept);
 
+  /// Returns Request::forwarded_for of the request.
+  std::string ClientBehind(const Request& request) const { return ForwardedFor(*web(), request); }
   std::optional<Response> Refuse(const Request& request, Instant now);
   /// Answers requests for login, logout, session and acknowledgements that are not allowed; returns
   /// nothing if another part must answer the request.

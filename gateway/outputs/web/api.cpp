@@ -117,7 +117,7 @@ Response LiveApi::Asked(const Request& request, std::string_view command,
   const auto ask = AskOf(request, command, parts);
   if (!ask) return Problem(400, ask.error());
   const std::string text = ask->dump(-1, ' ', false, Json::error_handler_t::replace);
-  return ResponseOf(handler_.Answer(text, {"web:" + request.peer}, now, {}).text);
+  return ResponseOf(handler_.Answer(text, {"web:" + request.client()}, now, {}).text);
 }
 
 Response LiveApi::Status(const Request& request, Now now) {
@@ -244,7 +244,8 @@ void LiveApi::Acknowledge(const Request& request, const Answered& answered) {
   const Json ask = {{"command", "ack"}, {"target", body["target"]}};
   const auto later = [answered](std::string text) { answered(ResponseOf(std::move(text))); };
   const std::string text = ask.dump(-1, ' ', false, Json::error_handler_t::replace);
-  const control::Reply reply = handler_.Answer(text, {"web:" + request.peer}, ReadClocks(), later);
+  const control::Reply reply =
+      handler_.Answer(text, {"web:" + request.client()}, ReadClocks(), later);
   if (!reply.text.empty()) answered(ResponseOf(reply.text));
 }
 

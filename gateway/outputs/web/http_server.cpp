@@ -12,6 +12,7 @@
 #include <charconv>
 #include <utility>
 
+#include "gateway/base/fair_places.h"
 #include "gateway/base/guarded.h"
 #include "gateway/outputs/web/access.h"
 #include "gateway/outputs/web/exchange.h"
@@ -23,39 +24,52 @@ Limits Limits::Of(std::size_t descriptors) {
   Limits limits;
   limits.at_all = std::clamp(descriptors, kFew, limits.at_all);
   limits.connections = std::min(limits.connections, limits.at_all * 4 / 5);
-  limits.of_address = std::min(limits.of_address, limits.connections);
+  limits.of_host = std::min(limits.of_host, limits.connections);
   return limits;
 }
 
 std::optional<Connections::Id> Connections::Open(Id id, const std::string& peer, Instant now) {
   std::optional<Id> ends;
   if (all_.size() >= limits_.at_all) {
-    Instant oldest = Instant::max();
+    std::map<std::uint64_t, std::size_t> hosts;
+    for (const auto& [other, connection] : all_) ++hosts[connection.host];
+    std::pair<std::size_t, Instant> worst{0, Instant::max()};
     for (const auto& [other, connection] : all_) {
-      if (connection.busy() || connection.since >= oldest) continue;
-      oldest = connection.since;
+      if (connection.busy()) continue;
+      const std::size_t its = hosts[connection.host];
+      if (its < worst.first || (its == worst.first && connection.since >= worst.second)) continue;
+      worst = {its, connection.since};
       ends = other;
     }
   }
-  all_[id] = {peer, now};
+  all_[id] = {peer, HostNumberOf(peer), now};
   return ends;
 }
 
-bool Connections::Begin(Id id, Instant now) {
+void Connections::Receive(Id id, Instant now) {
+  const auto found = all_.find(id);
+  if (found == all_.end()) return;
+  found->second.state = Connection::State::receives;
+  found->second.since = now;
+}
+
+bool Connections::Begin(Id id, const std::string& client, Instant now) {
   const auto found = all_.find(id);
   if (found == all_.end()) return false;
-  const std::string& peer = found->second.peer;
+  Connection& own = found->second;
+  own.client = client;
+  own.host = HostNumberOf(client);
   std::size_t busy = 0;
-  std::size_t of_address = 0;
+  std::size_t of_host = 0;
   for (const auto& [other, connection] : all_) {
     if (!connection.busy()) continue;
     ++busy;
-    if (connection.peer == peer) ++of_address;
+    if (connection.host == own.host) ++of_host;
   }
   const bool fits =
-      busy < limits_.connections && (IsLoopbackPeer(peer) || of_address < limits_.of_address);
-  found->second.state = Connection::State::answered;  // a refusal with 503 is an answer as well
-  found->second.since = now;
+      busy < limits_.connections && (IsLoopbackPeer(client) || of_host < limits_.of_host);
+  own.state = Connection::State::answered;  // a refusal with 503 is an answer as well
+  own.since = now;
   return fits;
 }
 
@@ -91,6 +105,12 @@ void SetUp(int socket, const Limits& limits) {
   const auto timeout = static_cast<unsigned>(limits.idle / 1ms);
   ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof(buffer));
   ::setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &timeout, sizeof(timeout));
+}
+
+Response TooManyConnections() {
+  Response busy = Problem(503, "too many connections; try again in a few seconds");
+  busy.headers.emplace_back("Retry-After", "5");
+  return busy;
 }
 
 /// Returns the answer that refuses the body of a request because its length is unknown or too
@@ -249,6 +269,10 @@ MHD_Result HttpServer::Impl::OnRequest(void* self, MHD_Connection* connection, c
 MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, const char* method,
                                    void** kept) {
   auto exchange = std::make_shared<Exchange>(connection, RequestOf(connection, url, method));
+  Request& request = exchange->request;
+  request.forwarded_for = handler_.ClientBehind(request);
+  const bool has_body = request.Header("content-length").value_or("0") != "0";
+  const Instant now = ReadClocks().instant;
   const auto* const info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
   bool fits = false;
   {
@@ -256,15 +280,13 @@ MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, 
     exchange->connection_id = info == nullptr || info->socket_context == nullptr
                                   ? 0
                                   : static_cast<Open*>(info->socket_context)->id;
-    fits = !stopping_ && connections_.Begin(exchange->connection_id, ReadClocks().instant);
+    fits = !stopping_ &&
+           (has_body || connections_.Begin(exchange->connection_id, request.client(), now));
+    if (has_body) connections_.Receive(exchange->connection_id, now);
     exchanges_[exchange.get()] = exchange;
   }
   *kept = new Kept(exchange);
-  if (!fits) {
-    Response busy = Problem(503, "too many connections; try again in a few seconds");
-    busy.headers.emplace_back("Retry-After", "5");
-    return Queue(connection, busy, exchange, true);
-  }
+  if (!fits) return Queue(connection, TooManyConnections(), exchange, true);
   if (const auto refused = handler_.Refuse(exchange->request)) {
     return Queue(connection, *refused, exchange, true);
   }
@@ -292,6 +314,15 @@ MHD_Result HttpServer::Impl::Queue(MHD_Connection* connection, const Response& r
 
 MHD_Result HttpServer::Impl::Continue(MHD_Connection* connection, const Kept& exchange) {
   if (!std::exchange(exchange->asked, true)) {
+    if (!exchange->request.body.empty()) {
+      bool fits = false;
+      {
+        const MutexLock lock(mutex_);
+        fits = connections_.Begin(exchange->connection_id, exchange->request.client(),
+                                  ReadClocks().instant);
+      }
+      if (!fits) return Queue(connection, TooManyConnections(), exchange, true);
+    }
     handler_.Handle(exchange->request,
                     [exchange](Response response) { exchange->Answer(std::move(response)); });
   }

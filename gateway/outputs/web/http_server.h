@@ -25,13 +25,13 @@ namespace baudgate::web {
 struct Limits {
   /// Connections that are answered at the same time; further connections get 503.
   std::size_t connections = 256;
-  /// Connections of one client address that are answered at the same time. 127.0.0.1 has only the
-  /// limit `connections`, because proxies run there.
-  std::size_t of_address = 64;
-  /// Connections that are open at the same time. Beyond this number, the one that has waited
-  /// longest for its next request is closed.
+  /// Connections of one host that are answered at the same time. 127.0.0.1 has only the limit
+  /// `connections`, because proxies run there.
+  std::size_t of_host = 64;
+  /// Connections that are open at the same time. Beyond this number, one that waits for its next
+  /// request or receives it is closed: the oldest of the host with the most connections.
   std::size_t at_all = 320;
-  Duration request = 10s;  ///< time in which a whole request must arrive
+  Duration request = 10s;  ///< time in which a header must arrive, and again for its body
   Duration idle = 5s;      ///< time without a byte while bytes are to be sent or received
   Duration answer = 1min;  ///< time in which the client must read an answer; streams have no limit
   /// Bytes of all answers that are being sent; beyond this number, requests get 503.
@@ -50,13 +50,14 @@ class Connections {
 
   explicit Connections(const Limits& limits) : limits_(limits) {}
 
-  /// Adds a connection. If at_all is reached, returns the connection to close: the one that has
-  /// waited longest for its next request.
+  /// Adds a connection. If at_all is reached, returns the connection to close (Limits::at_all).
   std::optional<Id> Open(Id id, const std::string& peer, Instant now);
   void Close(Id id) { all_.erase(id); }
-  /// To be called when a request has arrived. False: too many requests of all clients or of this
-  /// address are being answered, so the caller must answer 503.
-  bool Begin(Id id, Instant now);
+  /// To be called when the header of a request with a body has arrived.
+  void Receive(Id id, Instant now);
+  /// To be called when a whole request of `client` has arrived. False: too many requests of all
+  /// clients or of this host are being answered, so the caller must answer 503.
+  bool Begin(Id id, const std::string& client, Instant now);
   void Stream(Id id);
   /// To be called when the answer has ended. The time for the next request begins.
   void End(Id id, Instant now);
@@ -67,11 +68,12 @@ class Connections {
 
  private:
   struct Connection {
-    std::string peer;
-    Instant since{};  ///< time when the current state began
-    enum class State : std::uint8_t { waits, answered, streams } state = State::waits;
+    std::string client;
+    std::uint64_t host = 0;  ///< HostNumberOf
+    Instant since{};         ///< time when the current state began
+    enum class State : std::uint8_t { waits, receives, answered, streams } state = State::waits;
 
-    bool busy() const { return state != State::waits; }
+    bool busy() const { return state == State::answered || state == State::streams; }
   };
 
   const Limits limits_;
@@ -81,6 +83,8 @@ class Connections {
 class HttpHandler {
  public:
   virtual ~HttpHandler() = default;
+  /// Returns Request::forwarded_for. Called on the server's thread.
+  virtual std::string ClientBehind(const Request& request) = 0;
   /// Called on the server's thread when the header has arrived, before the body. Returns an answer
   /// to refuse the request; nothing: the request is accepted.
   virtual std::optional<Response> Refuse(const Request& request) = 0;

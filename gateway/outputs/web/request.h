@@ -21,9 +21,12 @@ struct Request {
   std::map<std::string, std::string> query{};
   std::map<std::string, std::string> headers{};  ///< by name in lower case
   std::string body{};
-  std::string peer{};   ///< address of the client, e.g. "10.0.0.7"
+  std::string peer{};  ///< address of the other end of the connection, e.g. "10.0.0.7"
+  /// Address of the client that a trusted proxy has named; empty: the peer is the client.
+  std::string forwarded_for{};
   std::string local{};  ///< address of this machine to which the client has connected
 
+  const std::string& client() const { return forwarded_for.empty() ? peer : forwarded_for; }
   std::optional<std::string> Header(const std::string& name) const { return In(headers, name); }
   std::optional<std::string> Query(const std::string& name) const { return In(query, name); }
 

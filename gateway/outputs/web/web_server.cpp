@@ -181,6 +181,10 @@ void WebServer::ApplyHistory(const std::shared_ptr<const config::Config>& config
   access_.SetHistory(history != nullptr);
 }
 
+std::string WebServer::ClientBehind(const Request& request) {
+  return access_.ClientBehind(request);
+}
+
 std::optional<Response> WebServer::Refuse(const Request& request) {
   return access_.Refuse(request, ReadClocks().instant);
 }

@@ -62,6 +62,7 @@ class WebServer final : public HttpHandler {
   /// Ends all streams and closes the port. Further calls do nothing.
   void Stop();
 
+  std::string ClientBehind(const Request& request) override;
   std::optional<Response> Refuse(const Request& request) override;
   void Handle(const Request& request, Answered answered) override;
 

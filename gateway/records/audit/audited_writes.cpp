@@ -79,11 +79,13 @@ bool AuditedWrites::Submit(bus::WriteCommand command) {
   // even if several threads submit.
   const MutexLock lock(mutex_);
   if (stop_) return false;
-  if (waiting_.full()) {
+  const auto place = room_.Take(command.client, command.abandoned);
+  if (!place) {
     NoteBusy(command, now);
     return false;
   }
   Waiting waiting;
+  waiting.place = *place;
   waiting.until = now.instant + kWaitForRecord;
   std::vector<Ticket> tickets;  // 0: there was no room for the record
   for (WriteRecord& record : RecordsOf(command, now)) {
@@ -178,6 +180,7 @@ void AuditedWrites::Stop() {
 bool AuditedWrites::HandOn() {
   auto next = waiting_.Take();
   if (!next) return false;
+  room_.Give(next->place);
   const bool kept =
       next->has_room && log_.WaitFor(next->last, next->until) == WriteLog::Written::yes;
   if (!kept && require_) {

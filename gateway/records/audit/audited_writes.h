@@ -128,7 +128,7 @@ class AuditedWrites final : public bus::CommandSink {
   /// The longest time that a command waits for its record. It waits in a queue, so neither the line
   /// nor the caller of Submit waits.
   static constexpr Duration kWaitForRecord = 500ms;
-  /// The number of commands that can wait for their records.
+  /// The number of commands that can wait for their records; CommandRoom shares the places.
   static constexpr std::size_t kLimit = 1024;
 
   /// All references must outlive this object; `log` must also outlive every command that was passed
@@ -153,6 +153,7 @@ class AuditedWrites final : public bus::CommandSink {
  private:
   struct Waiting {
     bus::WriteCommand command;
+    bus::CommandRoom::Ticket place = 0;
     // Ticket of the command's last record; the earlier records are on the disk before it.
     Ticket last = 0;
     bool has_room = true;  // the log had room for all records of the command
@@ -174,7 +175,8 @@ class AuditedWrites final : public bus::CommandSink {
   const std::function<Now()> clocks_;
   Mutex mutex_;
   bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  WorkQueue<Waiting> waiting_{kLimit};
+  bus::CommandRoom room_{kLimit};
+  WorkQueue<Waiting> waiting_{kLimit + bus::CommandRoom::kMostAbandoned};
   Worker worker_;
 };
 

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "gateway/base/system_trouble.h"
+#include "gateway/base/trusted_file.h"
 #include "gateway/base/whole_file.h"
 #include "gateway/base/worker.h"
 #include "gateway/records/disk/events_file.h"
@@ -236,6 +237,9 @@ std::optional<StateFolder::Failure> StateFolder::Open() {
   if (lock_ >= 0) ::close(std::exchange(lock_, -1));
   std::error_code error;
   fs::create_directories(path_, error);
+  if (std::string why = error ? std::string() : WhyNotTrusted(path_); !why.empty()) {
+    return Failure{false, "the state folder is not used: " + why};
+  }
   const fs::path file = path_ / kLock;
   const int lock =
       error ? -1 : ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK, kLockMode);

@@ -354,6 +354,13 @@ void ClientSession::CloseMalformed(Instant now) {
   Close();
 }
 
+void ClientSession::CloseForRoom() {
+  LiveCounters::Add(shared_.counters().idle);
+  WarnOfClient(peer_, "closed: idle",
+               "max_clients are connected, and another client needs a place");
+  Close();
+}
+
 void ClientSession::CloseStalled(std::string_view why) {
   LiveCounters::Add(shared_.counters().stalled);
   WarnOfClient(peer_, "closed: stalled", why);

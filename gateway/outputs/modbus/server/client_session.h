@@ -24,6 +24,7 @@
 
 #include "config/model/outputs.h"
 #include "gateway/base/bytes.h"
+#include "gateway/base/fair_places.h"
 #include "gateway/base/log.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
@@ -139,11 +140,10 @@ class ClientSocket {
 };
 
 /// Logs that a client was refused or closed: WarnOfClient("10.0.0.7:40112", "refused", why).
-/// Repeated messages are folded by address, without the port, because the port differs every time.
+/// Repeated messages are folded by host, because the port differs every time.
 inline void WarnOfClient(std::string_view peer, std::string_view what, std::string_view why) {
-  const std::string_view address = peer.substr(0, peer.rfind(':'));
-  log::WarnFolded(fmt::format("modbus: client {} {}", address, what), "modbus: client {} {}: {}",
-                  peer, what, why);
+  log::WarnFolded(fmt::format("modbus: client {} {}", HostOf(peer), what),
+                  "modbus: client {} {}: {}", peer, what, why);
 }
 
 class ClientSession final : public ClientPoll::Client,
@@ -169,6 +169,13 @@ class ClientSession final : public ClientPoll::Client,
 
   void Start();
   void Close();
+  /// Closes the client because its place is needed for a client of another host, or for a new
+  /// client of its own host.
+  void CloseForRoom();
+  std::uint64_t host() const { return requests_.host(); }
+  /// The time of the latest request, or of the connection if there was none.
+  Instant idle_since() const { return last_frame_; }
+  bool has_pending() const { return requests_.outstanding() > 0; }
   /// Closes an idle or stalled client, and drops incomplete frames of a client of RTU or ASCII.
   /// Answers requests whose deadline has passed, if the line has not answered them.
   void Sweep(const Now& now);

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/base/fair_places.h"
 #include "gateway/base/log.h"
 #include "gateway/outputs/modbus/server/client_session.h"
 
@@ -58,6 +59,23 @@ config::Priority PriorityOf(const config::Listener& listener, const PeerAddress&
     if (Contains(rule.from, peer)) return rule.priority;
   }
   return listener.priority;
+}
+
+std::optional<std::size_t> ClosedForRoom(std::span<const OpenConnection> open, std::uint64_t host,
+                                         Instant now) {
+  constexpr Duration kIdle = 10s;
+  std::unordered_map<std::uint64_t, std::size_t> connections;
+  for (const OpenConnection& one : open) ++connections[one.host];
+  const std::size_t own = connections[host];
+  std::optional<std::size_t> closed;
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    const OpenConnection& one = open[i];
+    const std::size_t its = connections[one.host];
+    const bool is_idle = !one.has_pending && now - one.idle_since >= kIdle;
+    const bool may_close = its >= own + 2 || (is_idle && (its == own + 1 || one.host == host));
+    if (may_close && (!closed || one.idle_since < open[*closed].idle_since)) closed = i;
+  }
+  return closed;
 }
 
 namespace {
@@ -237,7 +255,7 @@ void Listener::Welcome(tcp::socket socket) {
   if (!Allows(listener_.allow, address)) {
     return Refuse(name, "its address is not in the allow list");
   }
-  if (sessions_.size() >= MostClients()) {
+  if (sessions_.size() >= MostClients() && !MakeRoom(name, ReadClocks().instant)) {
     return Refuse(
         name,
         shared_.limits().client_share < 1
@@ -264,6 +282,18 @@ void Listener::Welcome(tcp::socket socket) {
 std::size_t Listener::MostClients() const {
   const double most = listener_.max_clients * shared_.limits().client_share;
   return std::max<std::size_t>(static_cast<std::size_t>(most), 1);
+}
+
+bool Listener::MakeRoom(std::string_view newcomer, Instant now) {
+  std::vector<std::shared_ptr<ClientSession>> sessions;
+  std::vector<OpenConnection> open;
+  for (const auto& [key, session] : sessions_) {
+    sessions.push_back(session);
+    open.push_back({session->host(), session->idle_since(), session->has_pending()});
+  }
+  const auto closed = ClosedForRoom(open, HostNumberOf(newcomer), now);
+  if (closed) sessions[*closed]->CloseForRoom();
+  return closed.has_value();
 }
 
 void Listener::Refuse(std::string_view peer, std::string_view why) {

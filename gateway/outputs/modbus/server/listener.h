@@ -36,6 +36,25 @@ bool Allows(std::span<const config::Network> list, const PeerAddress& peer);
 /// listener's.
 config::Priority PriorityOf(const config::Listener& listener, const PeerAddress& peer);
 
+/// A client's connection, as far as ClosedForRoom needs it.
+struct OpenConnection {
+  std::uint64_t host = 0;    ///< HostNumberOf
+  Instant idle_since{};      ///< time of the latest request, or of the connection
+  bool has_pending = false;  ///< a request waits for its reply
+};
+
+/// Returns which connection is closed to make room for a new connection of `host`: the one that has
+/// sent no request for the longest time, among those that may be closed. Empty: none may be closed,
+/// so the new connection is refused. A connection may be closed
+///
+///   if its host has                                 when
+///   two connections more than `host`, or more       always
+///   one connection more, or is `host` itself        no request is pending, and it was idle for 10
+///   s fewer connections                               never
+///
+std::optional<std::size_t> ClosedForRoom(std::span<const OpenConnection> open, std::uint64_t host,
+                                         Instant now);
+
 // `PassedSockets` contains the listening sockets that systemd has opened for this process (.socket
 // unit). A listener takes the socket of its address.
 // https://www.freedesktop.org/software/systemd/man/sd_listen_fds.html
@@ -85,6 +104,7 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   void Accept();
   void Welcome(asio::ip::tcp::socket socket);
   std::size_t MostClients() const;
+  bool MakeRoom(std::string_view newcomer, Instant now);
   void Refuse(std::string_view peer, std::string_view why);
   void AcceptLater(const asio::error_code& why);
   void OnClosed(ClientSession& session) override;

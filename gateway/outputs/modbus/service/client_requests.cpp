@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/fair_places.h"
 #include "gateway/base/time.h"
 #include "gateway/outputs/modbus/service/own_units.h"
 #include "protocols/modbus_pdu/modbus_pdu.h"
@@ -52,7 +53,7 @@ ClientReplies::ClientReplies(const config::Listener& listener, ClientWire& wire,
       counters_(counters),
       book_(std::move(book)),
       record_(book_->Enter(peer, listener, priority, since)),
-      client_{peer, record_->id} {}
+      client_{peer, record_->id, {}, HostNumberOf(peer)} {}
 
 void ClientReplies::OnRequest(View frame, Instant now) {
   LiveCounters::Add(counters_.requests);
@@ -364,6 +365,7 @@ RoutedAsk RoutedRequests::AskOf(View frame, std::size_t route, bus::RouteTarget*
 
 bus::RoutedRequest RoutedRequests::RequestOf(View frame, Duration deadline, const Now& now) const {
   bus::RoutedRequest request;
+  request.host = replies_->client().host;
   request.pdu = CopyOf(PduOf(frame));
   request.priority = PriorityOf(FunctionOf(frame));
   request.arrived = now.instant;

@@ -347,6 +347,7 @@ class ClientRequests {
   /// Close.
   void Close();
 
+  std::uint64_t host() const { return replies_->client().host; }
   std::size_t outstanding() const { return local_->outstanding() + routed_->outstanding(); }
   /// Returns the next time at which Sweep has a request to answer; nothing: no request waits.
   std::optional<Instant> Deadline() const;

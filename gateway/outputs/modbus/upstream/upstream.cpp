@@ -72,7 +72,6 @@ void Upstream::Link::TakeIncoming() {
 void Upstream::Link::Drop(std::uint64_t client) {
   if (!queue_.Gather()) return;
   queue_.Abandon(client);
-  queue_.Count();
   on_wire_.Abandon(client);
 }
 
@@ -94,7 +93,6 @@ void Upstream::Link::Work() {
     }
   }
   CloseAtRest();
-  queue_.Count();
   Arm(now);
 }
 
@@ -150,7 +148,6 @@ void Upstream::Link::ExpireSent(Instant now) {
 
 void Upstream::Link::AnswerUnsent(const std::vector<bus::RoutedRequest>& requests, Outcome outcome,
                                   const std::string& reason) {
-  queue_.Count();
   const Instant now = clock_();
   for (const bus::RoutedRequest& request : requests) {
     bus::RoutedReply reply;

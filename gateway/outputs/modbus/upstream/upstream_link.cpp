@@ -13,8 +13,12 @@ namespace baudgate::modbus {
 
 UpstreamQueue::Entry UpstreamQueue::Submit(bus::RoutedRequest request) {
   const MutexLock lock(mutex_);
-  const std::size_t waiting = incoming_.size() + queued_;
-  if (!open_ || waiting >= LimitFor(request, kMostWaiting)) return Entry::refused;
+  if (!open_ || !TakePlace(places_, request)) return Entry::refused;
+  request.done = [this, host = request.host,
+                  done = std::move(request.done)](bus::RoutedReply reply) {
+    places_.Give(host);
+    done(std::move(reply));
+  };
   incoming_.push_back(std::move(request));
   return incoming_.size() == 1 ? Entry::first : Entry::more;
 }
@@ -42,7 +46,6 @@ bool UpstreamQueue::Close() {
 void UpstreamQueue::QueueIncoming() {
   for (bus::RoutedRequest& request : incoming_) Push(std::move(request));
   incoming_.clear();
-  Count();
 }
 
 namespace {

@@ -10,7 +10,6 @@
 #include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -103,8 +102,7 @@ class UnitPauses {
 /// Submit; all other functions must be called on one thread.
 class UpstreamQueue final : public bus::RouteQueue {
  public:
-  /// The number of requests that can wait to be sent; beyond this number only some short writes are
-  /// accepted.
+  /// The number of requests that can wait for their replies (RouteQueue::TakePlace).
   static constexpr std::size_t kMostWaiting = 512;
 
   enum class Entry : std::uint8_t {
@@ -121,9 +119,6 @@ class UpstreamQueue final : public bus::RouteQueue {
   /// Queues the submitted requests a last time, and accepts no more requests. False: the queue was
   /// closed already.
   bool Close();
-  /// Updates the length that Submit checks. To be called after requests were taken and before they
-  /// are answered, because a client can submit its next request as soon as it is answered.
-  void Count() { queued_ = size(); }
 
  private:
   void QueueIncoming() BAUDGATE_REQUIRES(mutex_);
@@ -131,7 +126,7 @@ class UpstreamQueue final : public bus::RouteQueue {
   Mutex mutex_;
   bool open_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::vector<bus::RoutedRequest> incoming_ BAUDGATE_GUARDED_BY(mutex_);
-  std::atomic<std::size_t> queued_ = 0;  // length of the queue without incoming_
+  FairPlaces places_{kMostWaiting};
 };
 
 // `UpstreamConnection` is one connection to a Modbus TCP server: it looks up the name, connects,

@@ -66,31 +66,40 @@ int MillisecondsUntil(std::optional<Instant> until) {
 Result<ControlClient> ControlClient::Connect(const std::string& path) {
   if (!path.empty()) {
     const int descriptor = ConnectTo(path);
-    if (descriptor >= 0) return ControlClient(descriptor, path);
+    if (descriptor >= 0) {
+      ControlClient client(descriptor, path);
+      if (std::string why = client.WhyNotBelieved(true); !why.empty()) return Error{std::move(why)};
+      return client;
+    }
     if (errno == EACCES) return Denied(path);
     return Error{"no gateway answers at " + path + " (" + std::strerror(errno) + ")" +
                  std::string(kIsItRunning)};
   }
   const auto directories = control::SocketDirectories();
-  std::vector<std::string> living;
+  std::vector<ControlClient> living;
   std::string denied;
-  int connected = -1;
+  std::string not_believed;
   for (const std::string& candidate : control::ListSockets(directories)) {
     const int descriptor = ConnectTo(candidate);
     if (descriptor < 0) {
       if (errno == EACCES) denied = candidate;
       continue;
     }
-    living.push_back(candidate);
-    if (connected >= 0) ::close(connected);
-    connected = descriptor;
+    ControlClient client(descriptor, candidate);
+    if (std::string why = client.WhyNotBelieved(false); !why.empty()) {
+      not_believed = std::move(why);
+    } else {
+      living.push_back(std::move(client));
+    }
   }
-  if (living.size() == 1) return ControlClient(connected, living.front());
-  if (connected >= 0) ::close(connected);
+  if (living.size() == 1) return std::move(living.front());
   if (!living.empty()) {
+    std::vector<std::string> paths;
+    for (const ControlClient& client : living) paths.push_back(client.path_);
     return Error{"several gateways run here; give one of them with --socket: " +
-                 Listed(living, ", ")};
+                 Listed(paths, ", ")};
   }
+  if (!not_believed.empty()) return Error{not_believed};
   if (!denied.empty()) return Denied(denied);
   return Error{"no gateway answers in " + Listed(directories, ", ") + std::string(kIsItRunning)};
 }
@@ -143,11 +152,26 @@ ControlClient::Got ControlClient::ReadLine(std::string& line, std::optional<Inst
   }
 }
 
-int ControlClient::process() const {
+namespace {
+
+std::optional<ucred> ListenerOf(int descriptor) {
   ucred listener{};
   socklen_t size = sizeof listener;
-  return ::getsockopt(descriptor_, SOL_SOCKET, SO_PEERCRED, &listener, &size) == 0 ? listener.pid
-                                                                                   : 0;
+  const int failed = ::getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &listener, &size);
+  return failed == 0 ? std::optional(listener) : std::nullopt;
+}
+
+}  // namespace
+
+int ControlClient::process() const {
+  const auto listener = ListenerOf(descriptor_);
+  return listener ? listener->pid : 0;
+}
+
+std::string ControlClient::WhyNotBelieved(bool is_given) const {
+  const auto listener = ListenerOf(descriptor_);
+  if (!listener) return path_ + ": the system does not say who listens there";
+  return control::WhyNotBelieved(path_, listener->uid, is_given);
 }
 
 std::string CureOfSilence(int process) {

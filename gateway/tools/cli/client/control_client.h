@@ -40,6 +40,8 @@ class ControlClient {
 
  private:
   ControlClient(int descriptor, std::string path);
+  /// As control::WhyNotBelieved, for the program at the other end.
+  std::string WhyNotBelieved(bool is_given) const;
 
   int descriptor_;
   std::string path_;

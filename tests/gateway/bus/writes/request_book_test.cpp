@@ -171,6 +171,15 @@ TEST(CommandRoom, AClientTakesAtMostHalfOfTheFreeRoom) {
   EXPECT_TRUE(room.Take("d"));
 }
 
+TEST(CommandRoom, AHostLeavesRoomForOthersWithAnyNumberOfConnections) {
+  CommandRoom room(32);
+  std::size_t taken = 0;
+  for (int port = 40000; port < 40040; ++port)
+    taken += TakeAll(room, "10.0.0.7:" + std::to_string(port));
+  EXPECT_EQ(taken, 24U);
+  EXPECT_EQ(TakeAll(room, "10.0.0.8:40000"), 4U);
+}
+
 TEST(CommandRoom, ReturnedRoomIsAvailableAgain) {
   CommandRoom room(8);
   std::vector<CommandRoom::Ticket> tickets;

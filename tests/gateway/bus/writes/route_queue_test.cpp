@@ -33,9 +33,10 @@ std::string BlockWrite() {
 class RouteQueueTest : public ::testing::Test {
  protected:
   void Push(std::uint64_t client, const std::string& pdu, std::uint8_t slave = 20,
-            Priority priority = Priority::normal, Duration deadline = 1s) {
+            Priority priority = Priority::normal, Duration deadline = 1s, std::uint64_t host = 0) {
     RoutedRequest request;
     request.client = client;
+    request.host = host;
     request.slave = slave;
     request.pdu = ParseHex(pdu).value();
     request.priority = priority;
@@ -120,16 +121,46 @@ TEST_F(RouteQueueTest, AWriteOfEightRegistersIsShortAndAWriteOfNineIsNot) {
   EXPECT_THAT(Urgent(), ElementsAre(Of(2, eight)));
 }
 
-TEST_F(RouteQueueTest, AFullQueueHasRoomOnlyForShortWrites) {
-  const auto limit = [](const std::string& pdu) {
-    RoutedRequest request;
-    request.pdu = ParseHex(pdu).value();
-    return RouteQueue::LimitFor(request);
-  };
-  EXPECT_EQ(limit(kStop), RouteQueue::kLimit + RouteQueue::kKept);
+std::size_t PlacesTaken(FairPlaces& places, std::uint64_t host, Priority priority,
+                        const std::string& pdu = kRead) {
+  RoutedRequest request;
+  request.host = host;
+  request.priority = priority;
+  request.pdu = ParseHex(pdu).value();
+  std::size_t taken = 0;
+  while (RouteQueue::TakePlace(places, request)) ++taken;
+  return taken;
+}
+
+TEST_F(RouteQueueTest, AHostWithoutEndLeavesPlacesForOtherHostsAndHigherPriorities) {
+  FairPlaces low_first(RouteQueue::kLimit);
+  EXPECT_EQ(PlacesTaken(low_first, 1, Priority::low), 1024U);
+  EXPECT_EQ(PlacesTaken(low_first, 1, Priority::normal), 512U) << "of the same host";
+  EXPECT_EQ(PlacesTaken(low_first, 1, Priority::high), 256U);
+  EXPECT_EQ(PlacesTaken(low_first, 2, Priority::low), 128U) << "of another host";
+  FairPlaces high_first(RouteQueue::kLimit);
+  EXPECT_EQ(PlacesTaken(high_first, 1, Priority::high), 1792U);
+  EXPECT_EQ(PlacesTaken(high_first, 2, Priority::normal), 192U);
+}
+
+TEST_F(RouteQueueTest, ShortWritesHavePlacesOfTheirOwn) {
+  FairPlaces places(RouteQueue::kLimit);
+  for (std::uint64_t host = 1; host <= 12; ++host) PlacesTaken(places, host, Priority::high);
   for (const std::string& pdu : {std::string(kRead), BlockWrite(), std::string("2B 0E 01 00")}) {
-    EXPECT_EQ(limit(pdu), RouteQueue::kLimit) << pdu;
+    EXPECT_EQ(PlacesTaken(places, 13, Priority::high, pdu), 0U) << pdu;
   }
+  EXPECT_GE(PlacesTaken(places, 13, Priority::low, kStop), 100U);
+}
+
+TEST_F(RouteQueueTest, HostsTakeTurnsBeforeTheConnectionsOfAHost) {
+  for (std::uint64_t client = 1; client <= 4; ++client) {
+    Push(client, "03 00 0" + std::to_string(client) + " 00 01", 20, Priority::normal, 1s, 7);
+  }
+  Push(9, "03 00 08 00 01", 20, Priority::normal, 1s, 8);
+  Push(9, "03 00 09 00 01", 20, Priority::normal, 1s, 8);
+  std::vector<std::string> order;
+  for (int i = 0; i < 6; ++i) order.push_back(Take().at(0).substr(0, 2));
+  EXPECT_THAT(order, ElementsAre("1:", "9:", "2:", "9:", "3:", "4:"));
 }
 
 TEST_F(RouteQueueTest, WritesToOneSlaveKeepTheirOrderAcrossClients) {

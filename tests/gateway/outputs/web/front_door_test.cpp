@@ -113,12 +113,12 @@ TEST(FrontDoor, AcknowledgementsNeedAPrivateConnection) {
   web.acknowledge = true;
   EXPECT_TRUE(MayAcknowledge(web, Asked({})));
   EXPECT_TRUE(MayAcknowledge(web, Asked(tls)));
+  EXPECT_FALSE(MayAcknowledge(web, Asked(tls, "10.0.0.5"))) << "anybody could say so";
+  web.proxies = {config::ReachOf("10.0.0.5")};
   EXPECT_TRUE(MayAcknowledge(web, Asked(tls, "10.0.0.5")));
   EXPECT_FALSE(MayAcknowledge(web, Asked({}, "10.0.0.5"))) << "in the clear";
   EXPECT_FALSE(MayAcknowledge(web, Asked({{"x-forwarded-proto", "http"}})));
   EXPECT_FALSE(MayAcknowledge(web, Asked({{"x-forwarded-for", "10.0.0.5"}})));
-  web.allow.clear();
-  EXPECT_FALSE(MayAcknowledge(web, Asked(tls, "10.0.0.5"))) << "anybody could say so";
 }
 
 using ::testing::HasSubstr;
@@ -196,24 +196,48 @@ TEST_F(LoginsTest, ProgramsAuthenticateWithTheBearerToken) {
   }
 }
 
-TEST_F(LoginsTest, AnAddressMayTryFiveWrongTokensAMinute) {
-  for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(logins_.Open(From("10.0.0.7"), "wrong", false, kFirst + i * 1s).verdict, Verdict::no);
-  }
-  EXPECT_EQ(logins_.Open(From("10.0.0.7"), kRight, false, kFirst + 59s).verdict, Verdict::wait);
-  EXPECT_EQ(logins_.Check(From("10.0.0.7", "authorization", std::string("Bearer ") + kRight),
+TEST_F(LoginsTest, AHostMayTryFiveWrongTokensAMinuteAndTheRightOneAlways) {
+  const auto open = [this](const char* peer, const char* token, Duration after) {
+    return logins_.Open(From(peer), token, false, kFirst + after).verdict;
+  };
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(open("2001:db8::7", "wrong", i * 1s), Verdict::no);
+  EXPECT_EQ(open("2001:db8::8", "wrong", 59s), Verdict::wait) << "of the same network";
+  EXPECT_EQ(open("10.0.0.8", "wrong", 59s), Verdict::no);
+  EXPECT_EQ(open("2001:db8::7", kRight, 59s), Verdict::yes);
+  EXPECT_EQ(logins_.Check(From("2001:db8::7", "authorization", std::string("Bearer ") + kRight),
                           kFirst + 59s),
-            Verdict::wait);
-  EXPECT_EQ(logins_.Open(From("10.0.0.8"), kRight, false, kFirst + 59s).verdict, Verdict::yes);
-  EXPECT_EQ(logins_.Open(From("10.0.0.7"), kRight, false, kFirst + 60s).verdict, Verdict::yes);
+            Verdict::yes);
+  EXPECT_EQ(open("2001:db8::7", "wrong", 60s), Verdict::no);
 }
 
-TEST_F(LoginsTest, WrongTokensOfManyAddressesDoNotBlockALogin) {
-  for (std::size_t i = 0; i < 3 * Logins::kMostAddresses; ++i) {
-    logins_.Open(From("10.0." + std::to_string(i / 256) + "." + std::to_string(i % 256)), "wrong",
-                 false, kFirst + i * 1ms);
+TEST_F(LoginsTest, AllHostsTogetherMayTryAHundredWrongTokensAMinute) {
+  std::size_t answered = 0;
+  for (std::size_t i = 0; i < 3 * Logins::kMostGuesses; ++i) {
+    const std::string peer = "10.0." + std::to_string(i / 256) + "." + std::to_string(i % 256);
+    const auto verdict = logins_.Open(From(peer), "wrong", false, kFirst + i * 1ms).verdict;
+    if (verdict == Verdict::no) ++answered;
   }
+  EXPECT_EQ(answered, Logins::kMostGuesses);
   EXPECT_EQ(logins_.Open(From("10.0.0.1"), kRight, false, kFirst + 4s).verdict, Verdict::yes);
+}
+
+TEST_F(LoginsTest, AClientBehindATrustedProxyIsJudgedByItsOwnAddress) {
+  config::Web web;
+  web.proxies = {config::ReachOf("10.0.0.5"), config::ReachOf("10.0.0.6")};
+  const auto client = [&](const std::string& peer, const std::string& list) {
+    return ForwardedFor(web, From(peer, "x-forwarded-for", list));
+  };
+  EXPECT_EQ(client("10.0.0.5", "192.0.2.9"), "192.0.2.9");
+  EXPECT_EQ(client("10.0.0.5", "1.1.1.1, 192.0.2.9, 10.0.0.6"), "192.0.2.9")
+      << "an address that the client has written itself does not count";
+  EXPECT_EQ(client("10.0.0.7", "192.0.2.9"), "") << "not a trusted proxy";
+  EXPECT_EQ(client("127.0.0.1", "192.0.2.9"), "");
+  EXPECT_EQ(client("10.0.0.5", "unknown"), "");
+  EXPECT_EQ(client("10.0.0.5", ""), "");
+  Request request = From("10.0.0.5");
+  for (int i = 0; i < 5; ++i) logins_.Open(request, "wrong", false, kFirst);
+  request.forwarded_for = "192.0.2.9";
+  EXPECT_EQ(logins_.Open(request, "wrong", false, kFirst).verdict, Verdict::no);
 }
 
 TEST(TokenFile, MustBeReadableByItsOwnerOnly) {

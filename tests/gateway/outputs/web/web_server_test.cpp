@@ -293,7 +293,7 @@ TEST(LimitsTest, FewDescriptorsAllowFewConnections) {
   EXPECT_EQ(Limits::Of(1000).connections, all.connections);
   EXPECT_EQ(Limits::Of(20).at_all, 20U);
   EXPECT_EQ(Limits::Of(20).connections, 16U);
-  EXPECT_EQ(Limits::Of(20).of_address, 16U);
+  EXPECT_EQ(Limits::Of(20).of_host, 16U);
   EXPECT_GE(Limits::Of(0).connections, 1U);
 }
 
@@ -302,7 +302,7 @@ TEST(Connections, TheLongestIdleConnectionIsClosedForANewOne) {
   EXPECT_EQ(all.Open(1, "10.0.0.1", kStart), std::nullopt);
   EXPECT_EQ(all.Open(2, "10.0.0.2", kStart + 1s), std::nullopt);
   EXPECT_EQ(all.Open(3, "10.0.0.3", kStart + 2s), std::nullopt);
-  EXPECT_TRUE(all.Begin(1, kStart));
+  EXPECT_TRUE(all.Begin(1, "10.0.0.1", kStart));
   EXPECT_EQ(all.Open(4, "10.0.0.4", kStart + 3s), 2) << "1 is answered";
   all.Close(2);
   all.End(1, kStart + 4s);
@@ -313,7 +313,7 @@ TEST(Connections, ARequestMustArriveWithinTenSeconds) {
   Connections all({});
   all.Open(1, "10.0.0.1", kStart);
   all.Open(2, "10.0.0.2", kStart);
-  all.Begin(2, kStart);
+  all.Begin(2, "10.0.0.2", kStart);
   EXPECT_THAT(all.Overdue(kStart + 9s), IsEmpty());
   EXPECT_THAT(all.Overdue(kStart + 10s), ElementsAre(1));
   all.End(2, kStart + 15s);
@@ -325,28 +325,47 @@ TEST(Connections, AnAnswerMustBeReadWithinAMinuteAndAStreamNever) {
   Connections all({});
   all.Open(1, "10.0.0.1", kStart);
   all.Open(2, "10.0.0.1", kStart);
-  all.Begin(1, kStart);
-  all.Begin(2, kStart);
+  all.Begin(1, "10.0.0.1", kStart);
+  all.Begin(2, "10.0.0.1", kStart);
   all.Stream(2);
   EXPECT_THAT(all.Overdue(kStart + 59s), IsEmpty());
   EXPECT_THAT(all.Overdue(kStart + 60s), ElementsAre(1));
 }
 
 TEST(Connections, TheNumberOfAnswersAtOnceIsLimited) {
-  Connections all({.connections = 4, .of_address = 2});
+  Connections all({.connections = 4, .of_host = 2});
   for (Connections::Id id = 1; id <= 7; ++id) {
     all.Open(id, id <= 3 ? "10.0.0.1" : "127.0.0.1", kStart);
   }
-  EXPECT_TRUE(all.Begin(1, kStart));
-  EXPECT_TRUE(all.Begin(2, kStart));
-  EXPECT_FALSE(all.Begin(3, kStart)) << "the third of one address";
+  EXPECT_TRUE(all.Begin(1, "10.0.0.1", kStart));
+  EXPECT_TRUE(all.Begin(2, "10.0.0.1", kStart));
+  EXPECT_FALSE(all.Begin(3, "10.0.0.1", kStart)) << "the third of one host";
   all.Close(3);
-  EXPECT_TRUE(all.Begin(4, kStart));
-  EXPECT_TRUE(all.Begin(5, kStart));
-  EXPECT_FALSE(all.Begin(6, kStart)) << "the fifth in all";
+  EXPECT_TRUE(all.Begin(4, "127.0.0.1", kStart));
+  EXPECT_TRUE(all.Begin(5, "127.0.0.1", kStart));
+  EXPECT_FALSE(all.Begin(6, "127.0.0.1", kStart)) << "the fifth in all";
   all.Close(6);
   all.End(4, kStart);
-  EXPECT_TRUE(all.Begin(7, kStart)) << "this machine has no other limit";
+  EXPECT_TRUE(all.Begin(7, "127.0.0.1", kStart)) << "this machine has no other limit";
+}
+
+TEST(Connections, TheHostWithTheMostConnectionsLosesOneFirst) {
+  Connections all({.at_all = 3});
+  all.Open(1, "10.0.0.1", kStart);
+  all.Open(2, "10.0.0.9", kStart + 1s);
+  all.Open(3, "10.0.0.9", kStart + 2s);
+  all.Receive(2, kStart + 3s);
+  EXPECT_EQ(all.Open(4, "10.0.0.2", kStart + 4s), 3) << "2 has begun its request later";
+}
+
+TEST(Connections, ABodyMustArriveWithinTenSecondsOfItsHeaderAndTakesNoPlaceOfAnAnswer) {
+  Connections all({.connections = 1});
+  all.Open(1, "10.0.0.1", kStart);
+  all.Open(2, "10.0.0.2", kStart);
+  all.Receive(1, kStart + 5s);
+  EXPECT_TRUE(all.Begin(2, "10.0.0.2", kStart + 6s));
+  EXPECT_THAT(all.Overdue(kStart + 14s), IsEmpty());
+  EXPECT_THAT(all.Overdue(kStart + 15s), ElementsAre(1));
 }
 
 using ::testing::AnyOf;

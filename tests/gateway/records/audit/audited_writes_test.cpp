@@ -189,7 +189,9 @@ TEST_F(AuditedWritesTest, AFullLineIsRecordedAsBusy) {
 
 TEST_F(AuditedWritesTest, TooManyWaitingWritesAreRefusedAndRecorded) {
   Make();
-  for (std::size_t i = 0; i < AuditedWrites::kLimit; ++i) ASSERT_TRUE(writes_->Submit(Command()));
+  for (std::size_t i = 0; i < AuditedWrites::kLimit / 2; ++i) {
+    ASSERT_TRUE(writes_->Submit(Command()));
+  }
   EXPECT_FALSE(writes_->Submit(Command()));
   ASSERT_EQ(log_.noted.size(), 1U);
   EXPECT_EQ(log_.noted[0].end, WriteEnd::busy);

@@ -314,6 +314,38 @@ TEST_F(ServerTest, TheServerAccepts256ClientsAndRefusesTheNext) {
   EXPECT_EQ(Ask(clients.front(), 1, kReadZero), kAnswer);
 }
 
+TEST(ClosedForRoom, FollowsTheTableInItsHeader) {
+  constexpr std::uint64_t kHog = 1;
+  constexpr std::uint64_t kOther = 2;
+  constexpr std::uint64_t kNew = 3;
+  const Instant now = Instant() + 1h;
+  const auto at = [now](std::uint64_t host, Duration idle, bool pending = false) {
+    return OpenConnection{host, now - idle, pending};
+  };
+  const auto closed = [now](const std::vector<OpenConnection>& open, std::uint64_t host) {
+    return ClosedForRoom(open, host, now);
+  };
+  EXPECT_EQ(closed({at(kHog, 1s), at(kHog, 3s, true), at(kOther, 1h)}, kNew), 1U)
+      << "busy, but the longest idle of a host with two more";
+  EXPECT_EQ(closed({at(kHog, 1s), at(kHog, 2s), at(kOther, 1h)}, kOther), std::nullopt);
+  EXPECT_EQ(closed({at(kHog, 11s), at(kHog, 12s), at(kOther, 1h)}, kHog), 1U)
+      << "its own, never that of a smaller host";
+  EXPECT_EQ(closed({at(kHog, 9s), at(kOther, 8s)}, kNew), std::nullopt);
+  EXPECT_EQ(closed({at(kHog, 10s), at(kOther, 11s, true)}, kNew), 0U);
+}
+
+TEST_F(ServerTest, ASilentHostMakesRoomForAnother) {
+  listener().max_clients = 2;
+  StartServer();
+  const RawClient first = Connect();
+  const RawClient second = Connect();
+  ASSERT_EQ(Ask(second, 1, kReadZero), kAnswer);
+  const RawClient other(server_->port(), "127.0.0.2");
+  EXPECT_EQ(Ask(other, 1, kReadZero), kAnswer);
+  EXPECT_TRUE(first.IsClosed());
+  EXPECT_EQ(Ask(second, 1, kReadZero), kAnswer);
+}
+
 TEST_F(ServerTest, EveryListenerGetsAShareOfFewFileDescriptors) {
   config_.modbus.listen.resize(3, listener());
   config_.modbus.listen[0].max_clients = 8;

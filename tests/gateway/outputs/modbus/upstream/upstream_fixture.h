@@ -78,6 +78,7 @@ struct Question {
   std::uint8_t slave = 20;
   std::string pdu = "03 00 C8 00 01";
   std::uint64_t client = 1;
+  std::uint64_t host = 1;
   config::Priority priority = config::Priority::normal;
   Duration within = 1h;
   bool broadcast = false;
@@ -92,6 +93,7 @@ class UpstreamTest : public testing::Test {
     Asked& asked = asked_.emplace_back();
     bus::RoutedRequest request;
     request.client = ask.client;
+    request.host = ask.host;
     request.slave = ask.slave;
     request.pdu = ParseHex(ask.pdu).value();
     request.priority = ask.priority;
