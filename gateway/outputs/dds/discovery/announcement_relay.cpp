@@ -18,8 +18,8 @@
 namespace baudgate::dds {
 namespace {
 
-// Announcements of a new or changed participant that are forwarded without a pause between them,
-// because datagrams can be lost.
+// So many times, the announcement of a new or changed participant is forwarded without the pause
+// RelayLimits::repeat, because datagrams can be lost.
 constexpr int kFirstRounds = 3;
 constexpr std::size_t kMostAddresses = 1024;
 
@@ -130,7 +130,8 @@ AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, 
 }
 
 bool AnnouncementRelay::Purse::Take(const RelayRate& rate, Instant now) {
-  // `filled` advances by the time that whole datagrams need, so that fractions are not lost.
+  // `filled` advances only by the time of whole datagrams. Example: at 8 datagrams per second, 300
+  // ms allow two, and the remaining 50 ms count at the next call.
   const Duration each = Duration(1s) / rate.each_second;
   const std::int64_t earned = std::clamp<std::int64_t>((now - filled) / each, 0, rate.burst);
   if (earned > 0) {
@@ -172,7 +173,6 @@ Result<RelaySocket> RelaySocket::Open(const config::HostPort& at) {
   if (!place) return CanNotOpen(at, EINVAL);
   RelaySocket opened(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (opened.descriptor_ < 0) return CanNotOpen(at, errno);
-  // The kernel may set smaller buffers than requested.
   ::setsockopt(opened.descriptor_, SOL_SOCKET, SO_RCVBUF, &kSocketBuffer, sizeof kSocketBuffer);
   ::setsockopt(opened.descriptor_, SOL_SOCKET, SO_SNDBUF, &kSocketBuffer, sizeof kSocketBuffer);
   const sockaddr_in address = AddressOf(*place);
