@@ -1,7 +1,7 @@
-// `Contract` lists the fields of each published type of baudgate.idl; a test compares it with
-// the IDL. From these lists the code derives the wire form (Encode, Decode), the key hashes, the
-// types for generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml (TypesXml), and
-// the JSON of `watch` (gateway/tools/watch/watch_lines.h).
+// `Contract` lists the fields of each published type of gateway/outputs/dds/baudgate.idl; a test
+// compares it with the IDL. From these lists the code derives the wire form (Encode, Decode), the
+// key hashes, the types for generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml
+// (TypesXml), and the JSON of `watch` (gateway/tools/watch/watch_lines.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

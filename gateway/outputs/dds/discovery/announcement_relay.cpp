@@ -18,8 +18,8 @@
 namespace baudgate::dds {
 namespace {
 
-// So many times, the announcement of a new or changed participant is forwarded without the pause
-// RelayLimits::repeat, because datagrams can be lost.
+// Number of times that the announcement of a new or changed participant is forwarded without the
+// pause RelayLimits::repeat, because datagrams can be lost.
 constexpr int kFirstRounds = 3;
 constexpr std::size_t kMostAddresses = 1024;
 

@@ -22,7 +22,8 @@ constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr std::uint32_t kMostEventDevices = 1'000'000;
 constexpr int kLastDomain = 232;
-// Bytes before the sample: participant, entity, time of arrival, time of publication, flags.
+// Bytes of the message `request` before its sample: participant, entity, time of arrival, time of
+// publication, flags.
 constexpr std::size_t kArrivalBytes = 12 + 4 + 8 + 8 + 1;
 // The counts of subscribers in the order of the message.
 constexpr std::uint32_t Subscribers::*kReaders[] = {&Subscribers::points, &Subscribers::devices,
