@@ -241,7 +241,8 @@ template <typename Sample>
 inline constexpr std::size_t kMaxBytes = LongestSample<Sample>();
 
 /// Writes little-endian CDR with its encapsulation header. Returns the number of bytes; 0 if a text
-/// is longer than its bound or `to` is too small. Instantiated for all samples of the contract.
+/// is longer than its bound or `to` is too small. Instantiated for all samples of
+/// gateway/outputs/dds/samples.h.
 template <typename Sample>
 std::size_t Encode(const Sample& sample, std::span<std::uint8_t> to);
 

@@ -333,8 +333,8 @@ void DdsPublisher::Renew(std::uint64_t session) {
 }
 
 Instant DdsPublisher::End() {
-  // A new session for which sender_ was not started yet has no events, so the remaining events are
-  // not sent.
+  // If a new session has begun after the last StartAnew, the remaining events are not sent, because
+  // its writers lack the events before them.
   const bool known = writer_->session() == session_;
   while (known) {
     const auto next = sender_.End(ReadClocks().instant);

@@ -158,7 +158,7 @@ class DdsPublisher {
   Instant End();
 
   std::shared_ptr<SampleWriter> writer_;
-  std::shared_ptr<EventSupply> events_;  // null: there are no events
+  std::shared_ptr<EventSupply> events_;
   std::shared_ptr<bus::ChangeFeed> feed_;
   SampleSender sender_;
   std::atomic<bool> reloaded_ = false;

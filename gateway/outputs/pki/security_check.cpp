@@ -19,7 +19,7 @@ namespace {
 
 using config::DdsSecurity;
 
-/// A certificate causes a warning from this time before its end on.
+/// A certificate causes a warning if it ends within this time.
 constexpr Duration kWarnBefore = 60 * 24h;
 
 std::string Day(WallTime time) { return FormatWallTime(time).substr(0, 10); }

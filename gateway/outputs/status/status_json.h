@@ -26,7 +26,7 @@ namespace baudgate::status {
 
 // ReloadState describes the running configuration. gateway/daemon/reloader.h fills it.
 struct ReloadState {
-  std::string file;  ///< path of the configuration file
+  std::string file;
   /// folder of the copy of the confirmed configuration; empty: no copy is stored
   std::string folder;
   WallTime applied{};  ///< time when the running configuration was applied
@@ -81,8 +81,8 @@ Json StatusJson(const config::Config& config, const bus::PointStore& store, cons
                 const std::optional<Target>& target, Now now);
 
 /// Returns the answer to the request "settings" (docs/settings.md): every setting of a device with
-/// its value, quality and age, as the store contains them; no request is sent to the device. An
-/// error if the device has no settings.
+/// its value, quality and age, as the store contains them; no request is sent to the device.
+/// Returns an error if the device has no settings.
 Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& store, Target target,
                           Now now);
 

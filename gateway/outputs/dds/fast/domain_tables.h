@@ -124,9 +124,9 @@ class EndpointTable {
 
 // Limits of jumps in sequence numbers, because the DDS library counts skipped numbers one by one.
 struct WindowLimits {
-  /// By how many numbers all writers together may advance at once, and per second after that. The
-  /// first number of a writer of samples is not counted. For comparison: the liveliness writer of a
-  /// Cyclone DDS participant reaches about a million in years.
+  /// All writers together may advance by `burst` numbers at once, and by `each_second` numbers per
+  /// second after that. The first number of a writer of samples is not counted. For comparison: the
+  /// liveliness writer of a Cyclone DDS participant reaches about a million in years.
   std::int64_t burst = 1 << 24;
   std::int64_t each_second = 1 << 22;
   /// The highest number that is accepted as the first number of a writer of samples.

@@ -263,7 +263,8 @@ Status Check(const ParticipantOptions& options) {
 }
 
 /// Returns the configured addresses that this machine has now, because the library reaches nobody
-/// if the list contains an address that the machine does not have. An error if no address is left.
+/// if the list contains an address that the machine does not have. Returns an error if no address
+/// is left.
 Result<std::vector<std::string>> Present(const std::vector<std::string>& interfaces) {
   const OwnAddresses own = FindOwnAddresses();
   std::vector<std::string> present;

@@ -1,7 +1,7 @@
 // `EncodeSample`, `ParseLink` and others encode and decode the messages between the gateway and
 // baudgate-dds. Each packet of the SOCK_SEQPACKET socket between them is one message.
-// gateway/outputs/dds/link/process_link.h and link_server.h in the same folder send and receive
-// them.
+// gateway/outputs/dds/link/process_link.h and gateway/outputs/dds/link/link_server.h send and
+// receive the messages.
 // SPDX-License-Identifier: Apache-2.0
 //
 //   02 07 5C 00 | 00 01 00 00 06 00 00 00 73 75 …

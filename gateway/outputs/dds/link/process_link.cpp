@@ -293,7 +293,7 @@ Instant ProcessLink::Round(bool last) {
     Act(Clock());
     Publish(before);
     Wait();
-    return {};  // calls Round again immediately
+    return {};  // the earliest time, so that Round is called again immediately
   }
   writer_->Detach();
   socket_.Close();
