@@ -69,7 +69,7 @@ struct ReloadAsk {
 struct ReloadAnswer {
   bool ok = false;
   bool applied = false;
-  /// exit code of `baudgate reload`: 2: faulty file; 4: the reload cannot be done
+  /// Exit code of `baudgate reload`: 2: faulty file; 4: the reload cannot be done.
   int exit_code = 0;
   std::vector<std::string> changes;  ///< one sentence for each change
   /// Warnings about the configuration file, e.g. "…baudgate.yaml:7:3: warning: …".
@@ -100,8 +100,8 @@ struct TraceWish {
 struct Reply {
   std::string text;  ///< one line of JSON without its line end; empty: the answer comes later
   std::optional<TraceWish> trace{};
-  /// If `text` is empty: the answer that is sent when the disk has not answered within
-  /// Limits::disk. Empty: the session is closed after Limits::patience without an answer.
+  /// The answer that is sent if `text` is empty and the disk has not answered within Limits::disk.
+  /// `late` empty: the session is closed without an answer after Limits::patience.
   std::string late{};
 };
 

@@ -94,9 +94,9 @@ enum class Refusal : std::uint8_t {
 inline constexpr std::size_t kRefusals = static_cast<std::size_t>(Refusal::handshakes) + 1;
 
 struct RefusalWords {
-  std::string_view name;  ///< name for machines, e.g. "fragment"
-  std::string_view words;
-  std::string_view many;  ///< text after a number, e.g. "fragments"
+  std::string_view name;   ///< name for machines, e.g. "fragment"
+  std::string_view words;  ///< text for people, e.g. "a fragment"
+  std::string_view many;   ///< text after a number, e.g. "fragments"
 };
 
 inline constexpr std::array<RefusalWords, kRefusals> kRefusalWords{{

@@ -200,7 +200,6 @@ inline constexpr auto kTypeFields =
 template <typename Sample>
 inline constexpr TypeDescription kTypeOf = {contract::Contract<Sample>::kName, kTypeFields<Sample>};
 
-/// Calls `use` with the description of every published type, in the order of the IDL.
 template <typename Use>
 void ForEachType(Use use) {
   use(kTypeOf<PointSample>);

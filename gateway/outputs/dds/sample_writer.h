@@ -62,9 +62,9 @@ struct WriteArrival {
 class RequestIntake {
  public:
   static constexpr std::size_t kMost = 128;
-  /// After a burst, one request per interval is accepted.
+  /// The rate limit: kBurst requests at once, then one per kInterval.
   static constexpr Duration kInterval = 2ms;
-  static constexpr std::uint32_t kBurst = 128;  ///< requests that are accepted at once
+  static constexpr std::uint32_t kBurst = 128;
 
   /// `wake` is called on the thread of Offer, after a request was queued.
   explicit RequestIntake(std::function<void()> wake) : wake_(std::move(wake)) {}

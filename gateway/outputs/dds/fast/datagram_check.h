@@ -40,7 +40,6 @@ enum class Secured : std::uint8_t {
   demanded,  ///< submessages must be protected, except discovery and handshakes
 };
 
-/// Checks the order of the submessages of one datagram.
 class SecuredOrder {
  public:
   /// Takes the next submessage; `first`: it is the first of the datagram. False if `id` is not

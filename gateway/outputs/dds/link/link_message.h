@@ -44,7 +44,8 @@ enum class LinkKind : std::uint8_t {
   failed = 65,   ///< answer to `open`: DDS could not be opened; a sentence with what to change
   counts = 66,   ///< LinkCounts: sent after a change, and once a second as a sign of life
   request = 67,  ///< a write request from a client
-  /// answer to `end`: readers of events are connected, and subscribers have acknowledged everything
+  /// Answer to `end`: readers of events are connected, and subscribers have acknowledged
+  /// everything.
   left = 68,
 };
 
@@ -61,7 +62,7 @@ struct LinkCounts {
   std::uint64_t written = 0;  ///< samples that the library accepted
   /// Samples of points, devices and the gateway that the library did not accept.
   std::uint64_t refused = 0;
-  /// write requests that came too fast, or that the library had no space for
+  /// Write requests that came too fast, or that the library had no space for.
   std::uint64_t dropped = 0;
   /// Events and alarms that were lost: the library did not accept them, and the retry queue was
   /// full.

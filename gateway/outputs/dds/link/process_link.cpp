@@ -293,7 +293,8 @@ Instant ProcessLink::Round(bool last) {
     Act(Clock());
     Publish(before);
     Wait();
-    return {};  // the earliest time, so that Round is called again immediately
+    // Round must be called again immediately.
+    return {};
   }
   writer_->Detach();
   socket_.Close();
