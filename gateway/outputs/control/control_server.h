@@ -74,8 +74,8 @@ struct Limits {
   /// occupy all other places. They get no trace.
   std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< longest request line in bytes
-  /// Time for the client to send a whole request and to read a whole answer, and for the gateway to
-  /// answer a request. After this time the session ends.
+  /// Time for the client to send a whole request or to read a whole answer, and for the gateway to
+  /// answer. Then the session ends.
   Duration patience = 10s;
   Duration disk = 5s;  ///< time for an answer that is read from the disk (replaces `patience`)
   Duration look = 5s;  ///< interval between two checks of the socket file

@@ -127,8 +127,8 @@ Json PageJson(const events::PastPage& page, const std::string& point) {
 
 namespace {
 
-/// The sources of stored values: `history` for values of points, `events` for values that meters
-/// have stored themselves. Null: the gateway stores no values of this kind.
+/// `history`: values of points; `events`: values that meters have stored themselves. Null: none are
+/// stored.
 struct KeptValues {
   const config::Config& config;
   const history::HistorySource* history = nullptr;
@@ -197,8 +197,8 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   query.since = TimeOf(request, "since_ms");
   query.until = TimeOf(request, "until_ms");
   if (const auto after = CursorOf(request)) query.after = {after->run, after->time};
-  // The state is read before the page. Otherwise, if the database is opened between the two, values
-  // that could not be read yet would be reported as unknown.
+  // The state is read first: if the database is opened meanwhile, values must not be reported as
+  // unknown.
   const events::EventsState state = kept.events->state();
   const auto page = kept.events->ReadPast(query);
   if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
@@ -288,8 +288,8 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   if (TextOf(request.json, "order") == "settled") query.order = audit::PageQuery::Order::settled;
   query.after = NumberOf(request.json, "after").value_or(0);
   query.since = TimeOf(request.json, "since_ms");
-  // The state is read before the page. Otherwise, if the database is opened between the two, an
-  // empty page would be sent with the state "fine".
+  // The state is read first: if the database is opened meanwhile, an empty page must not get state
+  // "fine".
   const audit::AuditState state = gateway.info.audit->state();
   const auto page = gateway.info.audit->Read(query);
   if (!page) return Refused(kUnavailable, "the records of writes cannot be read: " + page.error());
@@ -308,8 +308,8 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
   const std::size_t dot = target.find('.');
   if (dot != std::string::npos) query.line = target.substr(0, dot);
   query.device = dot == std::string::npos ? target : target.substr(dot + 1);
-  // The state is read before the page. Otherwise, if the database is opened between the two, an
-  // empty page would be sent with the state "fine".
+  // The state is read first: if the database is opened meanwhile, an empty page must not get state
+  // "fine".
   const events::EventsState state = gateway.info.events->state();
   const auto page = gateway.info.events->Read(query);
   if (!page) return Refused(kUnavailable, "the events cannot be read: " + page.error());
@@ -326,8 +326,8 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
 
 Reply ShowAlarms(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
-  // The state is read before the page. Otherwise, if the database is opened between the two, an
-  // empty page would be sent with the state "fine".
+  // The state is read first: if the database is opened meanwhile, an empty page must not get state
+  // "fine".
   const events::EventsState state = gateway.info.events->state();
   Json json = AlarmsPage(*gateway.info.events, NumberOf(request.json, "after").value_or(0));
   json["events"] = status::EventsJson(state);

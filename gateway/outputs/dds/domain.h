@@ -71,8 +71,7 @@ struct Origin {
 };
 
 // Refusal: why a datagram is not passed to the DDS library
-// (gateway/outputs/dds/fast/datagram_check.h). The limits of participants, readers and writers are
-// in gateway/outputs/dds/fast/domain_tables.h.
+// (gateway/outputs/dds/fast/datagram_check.h).
 enum class Refusal : std::uint8_t {
   none,
   not_rtps,           ///< no RTPS 2 header
@@ -84,9 +83,9 @@ enum class Refusal : std::uint8_t {
   numbers,            ///< a sequence number that is impossible, e.g. negative
   window,             ///< sequence numbers that jump so far that Fast DDS would count for minutes
   security,           ///< a submessage of DDS Security while DDS Security is off
-  participants,       ///< a participant beyond the number or the rate of the domain
-  address,            ///< a participant beyond the number or the rate of its IP address
-  endpoints,          ///< a reader or writer beyond the limits in EndpointLimits
+  participants,       ///< a participant beyond the ParticipantLimits of the domain
+  address,            ///< a participant beyond the ParticipantLimits of its IP address
+  endpoints,          ///< a reader or writer beyond the EndpointLimits
   secured,            ///< DDS Security data that is cut short, or contains a wrong length
   clear_text,         ///< an unprotected message, although the governance demands protection
   handshakes,         ///< a handshake message beyond the limit of messages per time

@@ -170,8 +170,7 @@ Instant PublishPlan::NextDue() const { return std::min(due_points_.Next(), due_d
 // options_.heartbeat and all of it, different for each slot. So the samples of one burst (the
 // start, a line that failed) spread over time and do not return as a burst.
 Duration PublishPlan::Period(std::uint32_t slot) const {
-  // 0…1023, a hash of the slot by the golden ratio.
-  const std::uint32_t scattered = slot * 2654435769U >> 22;
+  const std::uint32_t scattered = slot * 2654435769U >> 22;  // a hash of the slot: 0…1023
   return options_.heartbeat - options_.heartbeat / 4 * scattered / 1024;
 }
 

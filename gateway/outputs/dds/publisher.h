@@ -46,10 +46,9 @@ class SampleSender {
   /// samples.
   void StartAnew(Instant now);
 
-  /// To be called after a reload. Then Send first sends the final samples of removed points and
-  /// devices; replaces the writers, so that late subscribers never get the removed points; and
-  /// sends everything else, including unsent changes of Add. If nothing was removed and the writers
-  /// have space, they stay.
+  /// To be called after a reload. If points or devices were removed or have no space, Send then
+  /// sends the final samples and replaces the writers, so that late subscribers never get removed
+  /// points. It sends everything else again.
   void OnReload(Instant now);
 
   /// Takes over changes (possibly none). To be called before each Send if idle() is true, and only

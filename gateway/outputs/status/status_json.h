@@ -27,8 +27,7 @@ namespace baudgate::status {
 // ReloadState describes the running configuration. gateway/daemon/reloader.h fills it.
 struct ReloadState {
   std::string file;
-  /// Folder of the copy of the confirmed configuration; empty: no copy is stored.
-  std::string folder;
+  std::string folder;  ///< folder of the copy of the confirmed configuration; empty: no copy
   WallTime applied{};  ///< time when the running configuration was applied
   /// The time until which somebody must confirm the configuration. Without a confirmation, the
   /// previous configuration is applied again. Nothing: no confirmation is needed.

@@ -14,8 +14,7 @@ template <typename Named>
 std::vector<std::string_view> NamesOf(const std::vector<Named>& all) {
   std::vector<std::string_view> names;
   for (const Named& one : all) {
-    // The name of a removed device or line is empty.
-    if (!one.name.empty()) names.push_back(one.name);
+    if (!one.name.empty()) names.push_back(one.name);  // empty: removed by a reload
   }
   return names;
 }

@@ -113,8 +113,6 @@ void AnnouncementRelay::Introduce(const Known& whom, const Known& to, Instant no
   introductions_.push_back({at, whom.announcement.datagram});
 }
 
-/// Returns the entry of the address. If the table is full, the entry that has not been used for the
-/// longest time is replaced.
 AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, Instant now) {
   auto at = std::ranges::find(addresses_, address, &Address::address);
   if (at == addresses_.end()) {
@@ -130,8 +128,8 @@ AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, 
 }
 
 bool AnnouncementRelay::Purse::Take(const RelayRate& rate, Instant now) {
-  // `filled` advances only by the time of whole datagrams. Example: at 8 datagrams per second, 300
-  // ms allow two, and the remaining 50 ms count at the next call.
+  // `filled` advances by the time of whole datagrams only; the rest of the time counts at the next
+  // call.
   const Duration each = Duration(1s) / rate.each_second;
   const std::int64_t earned = std::clamp<std::int64_t>((now - filled) / each, 0, rate.burst);
   if (earned > 0) {

@@ -112,8 +112,6 @@ void ParticipantTable::ForgetSilent(Instant now) {
   std::erase_if(participants_, [now](const Participant& p) { return !p.Lives(now); });
 }
 
-/// Returns the entry of an address. If the table is full, it replaces the entry whose rate limit is
-/// full again first.
 ParticipantTable::Source& ParticipantTable::SourceOf(std::uint32_t address) {
   const auto at = std::ranges::find(sources_, address, &Source::address);
   if (at != sources_.end()) return *at;

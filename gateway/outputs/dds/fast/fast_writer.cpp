@@ -120,7 +120,6 @@ class TopicWriters {
     return topic_ != nullptr && Fill(publisher, instances, depth);
   }
 
-  /// Replaces the writers; does nothing if the topic was never opened.
   bool Reopen(fast::Publisher& publisher, std::size_t instances, std::size_t depth = 1) {
     if (topic_ == nullptr) return true;
     Clear();

@@ -19,7 +19,7 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions&
                                                        const Room& room,
                                                        const std::string& requests_for = {});
 /// Creates a SampleWriter with the options of `config.dds` and space for all points and devices of
-/// `store`. Write requests are received only if `config.dds` allows writes.
+/// `store`.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
                                                        const bus::PointStore& store);
 

@@ -215,8 +215,8 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   // Only the thread that calls TakeAll uses the following members.
   std::uint64_t rejected_told_ = 0;
   std::unordered_map<Handle, Known, HandleHash> known_;
-  /// Number of writers of each participant. A participant can have many, because a gateway with
-  /// many points uses several writers for one topic.
+  /// Number of writers of each participant. A gateway with many points has several writers of one
+  /// topic.
   std::map<PublisherId, int> writers_;
 };
 

@@ -88,11 +88,10 @@ struct SocketFacts {
 
 SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresses& own);
 
-/// Returns one sentence for each fault: its cause, its effect and the remedy.
 std::vector<std::string> RemarksOn(const SocketFacts& facts, const ParticipantOptions& options);
 
-/// PortWatch detects that the domain's port was used by another program and is free now. Look then
-/// returns a reason to create the participant again.
+/// Look returns a reason to create the participant again: the domain's port was used by another
+/// program and is free now.
 class PortWatch {
  public:
   std::optional<std::string> Look(const ParticipantOptions& options, const OwnAddresses& own);

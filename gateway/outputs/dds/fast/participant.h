@@ -34,7 +34,7 @@ Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
     const ParticipantOptions& options,
     eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr, Role role = Role::any);
 
-/// True if `interfaces` means all interfaces: the list is empty or contains 0.0.0.0.
+/// True if `interfaces` means all interfaces: it is empty or contains 0.0.0.0.
 bool MeansAll(const std::vector<std::string>& interfaces);
 
 /// Returns the counts of received UDP datagrams. Any thread may call it.

@@ -62,8 +62,7 @@ struct LinkCounts {
   std::uint64_t written = 0;  ///< samples that the library accepted
   /// Samples of points, devices and the gateway that the library did not accept.
   std::uint64_t refused = 0;
-  /// Write requests that came too fast, or that the library had no space for.
-  std::uint64_t dropped = 0;
+  std::uint64_t dropped = 0;  ///< write requests that came too fast or found no space
   /// Events and alarms that were lost: the library did not accept them, and the retry queue was
   /// full.
   std::uint64_t events_dropped = 0;

@@ -32,8 +32,7 @@ struct LinkState {
   std::uint64_t refused = 0;  ///< samples that the library did not accept, by all processes so far
   /// Write requests that were handled; empty: writing over DDS is not allowed.
   std::optional<std::uint64_t> requests{};
-  /// Write requests that came too fast, or that the library had no space for.
-  std::uint64_t requests_dropped = 0;
+  std::uint64_t requests_dropped = 0;  ///< write requests that came too fast or found no space
   /// Events that were published; empty: no device has events.
   std::optional<std::uint64_t> events{};
   std::uint64_t events_skipped = 0;  ///< events that were lost before they could be published

@@ -91,8 +91,7 @@ Result<Found> Find(View datagram) {
   return found;
 }
 
-/// The content of the DATA submessage: its parameters, their offset, and whether the participant
-/// leaves.
+/// The content of the DATA submessage. `at`: offset of the payload in the body.
 struct Content {
   Parameters said;
   std::size_t at = 0;
