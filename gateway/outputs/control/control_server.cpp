@@ -71,7 +71,8 @@ void ControlSession::Start() {
 void ControlSession::Close(const std::string& farewell) {
   if (std::exchange(closed_, true)) return;
   if (!farewell.empty() && trace_ && out_.empty()) {
-    asio::error_code ignored;  // a client that does not read only sees the end of the stream
+    // If the client's socket buffer is full, the client does not get the farewell.
+    asio::error_code ignored;
     socket_.non_blocking(true, ignored);
     socket_.write_some(asio::buffer(farewell + "\n"), ignored);
   }
@@ -305,7 +306,7 @@ Status ControlServer::Bind(const std::string& path) {
   HoldReserve();
   path_ = path;
   inode_ = InodeOf(path);
-  // If another process has replaced the file meanwhile, nobody listens at the path; inode 0 then
+  // Another process can have replaced the file since bind(). If nobody listens at the path, inode 0
   // makes Watch() bind again.
   if (Probe(io, path) == asio::error::connection_refused) inode_ = 0;
   Accept();

@@ -49,7 +49,8 @@ class RequestLines {
   std::string text_;
 };
 
-// Filters the records of a trace by the client's TraceWish and formats them.
+// TraceStream filters the records of a trace (gateway/records/trace/trace_text.h) by the client's
+// TraceWish and formats them.
 class TraceStream {
  public:
   TraceStream(TraceWish wish, std::shared_ptr<records::TraceQueue> queue)
@@ -57,7 +58,8 @@ class TraceStream {
 
   std::uint32_t line() const { return wish_.line; }
   /// Returns the matching records since the last call as text, one per line; empty: there are no
-  /// new records. If Take is not called in time, the bounded queue drops records and counts them.
+  /// new records. If Take is not called in time, TraceQueue drops records, and a note in the trace
+  /// tells how many.
   std::string Take();
 
  private:
@@ -65,21 +67,22 @@ class TraceStream {
   std::shared_ptr<records::TraceQueue> queue_;
 };
 
-// ControlSession answers one client's requests one after the other, or streams a trace. Only the
-// server's thread may call it. These limits bound its memory and time: requests have a longest
-// length, the client must read an answer in time, and a trace that is not read loses records.
+// Limits of a session's memory and time.
 struct Limits {
   std::size_t clients = 16;
-  /// Clients beyond `clients` that are accepted for single requests, such as a confirmation. They
-  /// get no trace.
+  /// Clients that are accepted in addition to `clients`, e.g. for `baudgate confirm` while traces
+  /// occupy all other places. They get no trace.
   std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< longest request line in bytes
-  /// Time for the client to send a whole request, and to read a whole answer.
+  /// Time for the client to send a whole request or to read a whole answer, and for the gateway to
+  /// answer. Then the session ends.
   Duration patience = 10s;
-  Duration disk = 5s;  ///< time for an answer that is read from the disk
+  Duration disk = 5s;  ///< time for an answer that is read from the disk (replaces `patience`)
   Duration look = 5s;  ///< interval between two checks of the socket file
 };
 
+/// ControlSession answers one client's requests one after the other, or streams a trace. Only the
+/// server's thread may call it. A client that does not read its trace loses records.
 class ControlSession : public std::enable_shared_from_this<ControlSession> {
  public:
   using Socket = asio::local::stream_protocol::socket;
@@ -91,7 +94,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   static std::string TooMany(const Limits& limits);
 
   void Start();
-  /// Ends the trace if the reload has removed its line.
+  /// Ends the client's trace if a reload has removed or restarted the traced line.
   void OnReload(const config::Config& config);
   /// True if the client waits for no answer and follows no trace, so it can be disconnected to
   /// accept another client.
@@ -118,7 +121,8 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   RequestHandler& service_;
   const Limits limits_;
   std::function<void(ControlSession&)> on_closed_;
-  // Shared with the writes of this client; becomes true when the session is closed.
+  // True after the session has ended. The client's queued writes share it, and are then not
+  // started.
   const std::shared_ptr<std::atomic<bool>> left_;
   const bus::Writer client_;
   RequestLines in_;
@@ -133,8 +137,9 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
 
 class ControlServer {
  public:
-  /// All references must outlive the server. `io` must also outlive the lines, whose threads wake
-  /// traces, and must not run when the server is destroyed.
+  /// All references must outlive the server. `io` must also outlive the lines, because their
+  /// threads post to it when a trace has new records. `io` must not run when the server is
+  /// destroyed.
   ControlServer(const config::Config& config, const bus::PointStore& store,
                 lines::LineControl& control, bus::CommandSink& sink, status::GatewayInfo info,
                 asio::io_context& io, const Limits& limits = {});
@@ -203,7 +208,8 @@ class ControlOutput final : public outputs::Output {
   ~ControlOutput() override { StopRequests(); }
 
   std::string_view name() const override { return "control"; }
-  /// If no socket can be bound, the gateway runs without one, and the log contains the reason.
+  /// Begin returns no error: if no socket can be bound, the gateway runs without one and logs the
+  /// reason.
   Status Begin(const Configuration& config) override;
   void SetHistory(const Configuration& config,
                   const std::shared_ptr<const history::HistorySource>& history) override;

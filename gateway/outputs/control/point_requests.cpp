@@ -17,7 +17,7 @@ status::Json ToJson(const WriteResult& result) {
   return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
 }
 
-/// Returns the points as JSON. "fresh" is true if the value was received after `asked`.
+/// Returns the points as JSON. "fresh" is true if the value was received after the time `asked`.
 status::Json PointsAt(const bus::PointStore& store, std::uint32_t device,
                       const std::vector<std::uint32_t>& points, Instant asked, Instant now) {
   status::Json all = status::Json::array();
@@ -32,8 +32,8 @@ status::Json PointsAt(const bus::PointStore& store, std::uint32_t device,
   return all;
 }
 
-/// Returns the id of a repeatable write; nothing if the request has neither `client` nor `seq`. An
-/// error if one of the two is missing or wrong.
+/// Returns the id of a repeatable write; nothing if the request has neither `client` nor `seq`.
+/// Returns an error if one of the two is missing or wrong.
 Result<std::optional<bus::RequestId>> IdOf(const status::Json& request) {
   const std::string client = TextOf(request, "client");
   const auto seq = request.find("seq");

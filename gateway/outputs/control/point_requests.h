@@ -41,12 +41,12 @@ class PointRequests {
       : store_(store), sink_(sink), gate_(store, sink), book_(std::move(past)) {}
 
   /// Starts a write. Members of `request`: `target`: LINE.DEVICE.POINT; `value` in the point's
-  /// unit; `confirm`: confirms the write in advance; `client` and `seq`: see RequestId. If Write
-  /// returns an error (one sentence), `answered` is not called.
+  /// unit; `confirm` true: the point need not be selected before; `client` and `seq`: see
+  /// RequestId. If Write returns an error (one sentence), `answered` is not called.
   Status Write(const config::Config& config, const status::Json& request, const bus::Writer& writer,
                Instant now, Answered answered);
-  /// Returns whether permission, limits and interlocks would allow a confirmed write now. Sends and
-  /// records nothing.
+  /// Returns whether permission, limits and interlocks would allow a write with `confirm` now.
+  /// Sends and records nothing.
   Result<status::Json> MayWrite(const config::Config& config, const status::Json& request,
                                 Instant now) const;
   /// Starts a read of `target`: LINE.DEVICE or LINE.DEVICE.POINT. If Read returns an error (one
@@ -57,7 +57,7 @@ class PointRequests {
   void Forget(const bus::Writer& writer) { gate_.Forget(writer); }
 
  private:
-  /// Returns the point and the value that `request` names, without a deadline.
+  /// Returns the point and the value that `request` names; the caller sets the other members.
   Result<bus::WriteAsk> AskOf(const config::Config& config, const status::Json& request) const;
 
   /// Registers `answered` for the request `id`. True if the request is new and has to be carried
@@ -71,8 +71,8 @@ class PointRequests {
   bus::WriteGate gate_;
   Mutex mutex_;
   bus::RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  /// Callbacks that wait for the answer of a numbered request. A repeated request has several
-  /// entries.
+  /// Callbacks that wait for the answer to a request with an id. A repeated request has one entry
+  /// for each time it was received.
   std::vector<std::pair<bus::RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);
 };
 

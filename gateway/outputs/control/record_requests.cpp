@@ -29,8 +29,8 @@ Result<events::AckQuery> Named(const std::string& target) {
   return query;
 }
 
-/// Finds the alarms whose place, as the command `alarms` prints it (events::PlaceOf), is `target`.
-/// Example: "gateway" for alarms that belong to no line.
+/// Finds the alarms whose place is `target`, in the form in which the command `alarms` prints it
+/// (events::PlaceOf). Example: "gateway" for alarms that belong to no line.
 std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
                                       const std::string& target) {
   const auto found = std::ranges::find(alarms, target, events::PlaceOf);
@@ -60,8 +60,8 @@ status::Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
 
 /// Returns the query for the alarms of `target`: a line ("bay-1", without its devices), a device
 /// ("bay-1.feeder-1"), a point, the number of an event, or a text of events::PlaceOf. Returns an
-/// error if nothing has this name: neither an alarm nor the configuration. A removed device can
-/// still have alarms.
+/// error if neither an alarm nor the configuration has this name. A removed device can still have
+/// alarms.
 Result<events::AckQuery> FindAlarms(const config::Config& config, const events::EventSource& events,
                                     const std::string& target) {
   const std::vector<events::Alarm> alarms = events.Alarms();
@@ -90,8 +90,8 @@ status::Json AckJson(const events::Acknowledged& done) {
   return {{"ok", true}, {"acknowledged", done.alarms}, {"trouble", done.trouble}};
 }
 
-/// Parses LINE.DEVICE.NAME.NAME, which names values that a meter has stored itself. Nothing is
-/// returned if there are not four parts (a point has three).
+/// Parses LINE.DEVICE.NAME.NAME, the name of values that a meter has stored itself. Returns nothing
+/// if there are not four parts; the name of a point has three.
 std::optional<events::PastQuery> PastQueryOf(const std::string& text) {
   const auto parts = Split(text, '.');
   if (parts.size() != 4) return std::nullopt;
@@ -127,7 +127,8 @@ Json PageJson(const events::PastPage& page, const std::string& point) {
 
 namespace {
 
-/// The sources of stored values. A null pointer: the gateway does not store values of this kind.
+/// `history`: values of points; `events`: values that meters have stored themselves. Null: none are
+/// stored.
 struct KeptValues {
   const config::Config& config;
   const history::HistorySource* history = nullptr;
@@ -196,7 +197,8 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   query.since = TimeOf(request, "since_ms");
   query.until = TimeOf(request, "until_ms");
   if (const auto after = CursorOf(request)) query.after = {after->run, after->time};
-  // The state is read before the page, because reading the page can take long.
+  // The state is read first: if the database is opened meanwhile, values must not be reported as
+  // unknown.
   const events::EventsState state = kept.events->state();
   const auto page = kept.events->ReadPast(query);
   if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
@@ -215,9 +217,9 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   return json;
 }
 
-/// Returns one page of a point's values, or of the values that a meter has stored itself, or
-/// {"error":…}. A removed point still has its values. If there are no values, the error contains
-/// the reason.
+/// Returns one page of a point's values, or of the values that a meter has stored itself; an error
+/// is {"error":…}. A removed point still has its values. If no values were ever stored, the error
+/// contains the reason.
 Json HistoryPage(const Json& request, const KeptValues& kept) {
   if (auto past = PastQueryOf(TextOf(request, "point")))
     return PastPage(request, std::move(*past), kept);
@@ -237,7 +239,7 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   }
   Json json = std::move(page->json);
   const history::HistoryState state = kept.history->state();
-  // The page does not contain values that wait for the disk or are on a disk that does not answer.
+  // The page lacks values that wait for the disk, and all values on a disk that does not answer.
   if (state.disk == records::Disk::failing || state.disk == records::Disk::stalled) {
     json["unread"].push_back(state.trouble);
   }
@@ -286,7 +288,8 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   if (TextOf(request.json, "order") == "settled") query.order = audit::PageQuery::Order::settled;
   query.after = NumberOf(request.json, "after").value_or(0);
   query.since = TimeOf(request.json, "since_ms");
-  // The state is read before the page, because the database can be opened meanwhile.
+  // The state is read first: if the database is opened meanwhile, an empty page must not get state
+  // "fine".
   const audit::AuditState state = gateway.info.audit->state();
   const auto page = gateway.info.audit->Read(query);
   if (!page) return Refused(kUnavailable, "the records of writes cannot be read: " + page.error());
@@ -295,8 +298,7 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   return {OneLine(json)};
 }
 
-/// Answers with one page of events, as ShowWrites does. The events of a removed device can still be
-/// requested.
+/// Answers with one page of events. The events of a removed device can still be requested.
 Reply ShowEvents(const Gateway& gateway, const Request& request) {
   if (!KeepsEvents(gateway)) return Refused(kUnavailable, kNoEvents);
   events::PageQuery query;
@@ -306,7 +308,8 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
   const std::size_t dot = target.find('.');
   if (dot != std::string::npos) query.line = target.substr(0, dot);
   query.device = dot == std::string::npos ? target : target.substr(dot + 1);
-  // The state is read before the page, because the database can be opened meanwhile.
+  // The state is read first: if the database is opened meanwhile, an empty page must not get state
+  // "fine".
   const events::EventsState state = gateway.info.events->state();
   const auto page = gateway.info.events->Read(query);
   if (!page) return Refused(kUnavailable, "the events cannot be read: " + page.error());
@@ -323,7 +326,8 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
 
 Reply ShowAlarms(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
-  // The state is read before the page, because the database can be opened meanwhile.
+  // The state is read first: if the database is opened meanwhile, an empty page must not get state
+  // "fine".
   const events::EventsState state = gateway.info.events->state();
   Json json = AlarmsPage(*gateway.info.events, NumberOf(request.json, "after").value_or(0));
   json["events"] = status::EventsJson(state);

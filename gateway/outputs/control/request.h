@@ -68,8 +68,9 @@ struct ReloadAsk {
 
 struct ReloadAnswer {
   bool ok = false;
-  bool applied = false;  ///< the reload has changed the running gateway
-  int exit_code = 0;     ///< exit code of the command: 2: faulty file; 4: the reload cannot be done
+  bool applied = false;
+  /// Exit code of `baudgate reload`: 2: faulty file; 4: the reload cannot be done.
+  int exit_code = 0;
   std::vector<std::string> changes;  ///< one sentence for each change
   /// Warnings about the configuration file, e.g. "…baudgate.yaml:7:3: warning: …".
   std::vector<std::string> warnings{};
@@ -88,18 +89,19 @@ class ReloadService {
   virtual void Confirm(const std::string& by, Answered answered) = 0;
 };
 
-/// The request for a trace: after the answer, the client gets the records of this line until it
-/// disconnects.
+/// The request for a trace of line `line`: after the answer, the client gets the line's records
+/// (gateway/records/trace/trace_text.h) until it disconnects.
 struct TraceWish {
   std::uint32_t line = 0;
-  /// Only records of this device and records without a device; empty: all records.
+  /// Only records of this device and of the line itself are sent; empty: all records.
   std::string device;
 };
 
 struct Reply {
   std::string text;  ///< one line of JSON without its line end; empty: the answer comes later
   std::optional<TraceWish> trace{};
-  /// The answer that is sent if the disk does not answer in time. Empty: the client waits as usual.
+  /// The answer that is sent if `text` is empty and the disk has not answered within Limits::disk.
+  /// `late` empty: the session is closed without an answer after Limits::patience.
   std::string late{};
 };
 

@@ -16,7 +16,8 @@
 namespace baudgate::control {
 namespace {
 
-/// The longest time for which one call can release a port. To extend it, the client calls again.
+/// The longest time for which one request releases a port. To extend it, the client sends the
+/// request again.
 constexpr Duration kMostRelease = 24h;
 constexpr Duration kHandPatience = 8s;
 
@@ -65,9 +66,9 @@ Status Allows(const Addressed& to, bool reads, bool confirmed) {
 // "sent" is empty if nothing was sent; "reason" then contains the cause.
 
 /// `target`: LINE or LINE.DEVICE, whose protocol and options are used; `telegram`: hex digits,
-/// which the protocol completes, e.g. by a checksum; `write`: the telegram writes. If AskManually
-/// returns an error (one sentence), `answered` is not called; else it is called once, on any
-/// thread. All references must stay valid until then.
+/// which the protocol completes, e.g. by a checksum; `write` true: the client agrees that the
+/// telegram may write. If AskManually returns an error (one sentence), `answered` is not called;
+/// else it is called once, on any thread. All references must stay valid until then.
 Status AskManually(const config::Config& config, lines::LineControl& control,
                    bus::CommandSink& sink, const status::Json& request, const bus::Writer& writer,
                    Instant now, const std::function<void(const status::Json&)>& answered) {
@@ -110,7 +111,6 @@ Status AskManually(const config::Config& config, lines::LineControl& control,
                              {"head", records::TraceHead(*to->line)}};
   command.done = [answered, telegram, head](const WriteResult& result) {
     status::Json json = head;
-    // Nothing was sent, e.g. because the port is lent to another program.
     if (result.end == WriteEnd::not_sent || result.end == WriteEnd::denied) json["sent"] = "";
     json["received"] = ToHex(telegram->reply);
     json["outcome"] = telegram->outcome.empty() ? std::string(Name(result.end)) : telegram->outcome;
@@ -492,7 +492,7 @@ Instant RecordReader::Round(bool last) {
 
 namespace {
 
-/// A command that the list for people omits, because only the command line tool uses it.
+/// A command that is not listed for people, because only the command line tool uses it.
 constexpr std::string_view kNotListed = "kept_points";
 
 std::string NoCommand(const std::string& name) {

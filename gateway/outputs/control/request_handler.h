@@ -55,7 +55,7 @@ class RecordReader {
   /// returned Reply contains an error.
   Reply Ask(const Command& command, std::shared_ptr<const Gateway> gateway, status::Json request,
             bus::Writer client, Now now, std::function<void(std::string text)> later);
-  /// Waits until the current answer has been read. Queued requests get no answer.
+  /// Waits until the request in progress is answered. Queued requests get no answer.
   void Stop() { worker_.Stop(); }
 
  private:
@@ -75,8 +75,7 @@ class RecordReader {
 
 class RequestHandler {
  public:
-  /// All references must outlive this object. The objects that `info` refers to must live until the
-  /// first reload.
+  /// All references and all objects that `info` points to must outlive this object.
   RequestHandler(const config::Config& config, const bus::PointStore& store,
                  lines::LineControl& control, bus::CommandSink& sink, status::GatewayInfo info);
 
@@ -88,7 +87,7 @@ class RequestHandler {
   /// Enables `reload` and `confirm`. To be called before the first request. `service` must outlive
   /// this object.
   void SetReload(ReloadService& service);
-  /// Starts a thread that answers the commands that read the disk, until StopReading.
+  /// Starts a thread that answers the commands with `reads_disk`, until StopReading.
   void ReadApart();
   void StopReading() {
     if (reader_) reader_->Stop();

@@ -28,7 +28,7 @@ std::string Text(const PublisherId& id) {
 }
 
 std::string Text(const WriterId& id) {
-  char entity[20];  // without leading zeros
+  char entity[20];
   std::snprintf(entity, sizeof entity, "|%x.%x.%x.%x", id.entity[0], id.entity[1], id.entity[2],
                 id.entity[3]);
   return Text(id.publisher) + entity;

@@ -25,10 +25,10 @@ struct ParticipantOptions {
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0: all
   /// The most other participants in the domain; further participants are refused.
   std::size_t participants = 256;
-  /// The lease that we announce: other participants drop us when they have received nothing from us
-  /// for this time. It should not be shorter than the lease of Cyclone DDS (10 s): otherwise
-  /// Cyclone could drop us during a break of the link while we still have Cyclone in our tables,
-  /// and Fast DDS would not announce itself to Cyclone again.
+  /// The lease that we announce: a participant that receives nothing from us for this time drops
+  /// us. It should not be shorter than the lease of Cyclone DDS (10 s). Otherwise, after a break of
+  /// the network, Cyclone may have dropped us while our Fast DDS still knows Cyclone, and does not
+  /// announce itself again.
   Duration lease = config::kUsualLease;
 
   bool multicast = true;
@@ -37,13 +37,14 @@ struct ParticipantOptions {
   std::vector<std::string> peers{};
   std::vector<config::HostPort> discovery_servers{};
   /// Addresses of the subscribers that the previous process of this gateway had matched.
+  /// Announcements are also sent to them.
   std::vector<config::HostPort> reached{};
   config::DdsSecurity security{};
 };
 
 ParticipantOptions ParticipantOf(const config::Dds& dds);
 
-// WriterId identifies the writer of a sample in the form of RTPS; gateway/tools/watch shows it.
+// WriterId identifies the writer of a sample in the form of RTPS; gateway/tools/watch prints it.
 
 /// PublisherId identifies a participant: one process of one gateway, which can have many writers.
 /// It is not a proof of identity, because anyone in the domain can send with the id of another
@@ -82,9 +83,9 @@ enum class Refusal : std::uint8_t {
   numbers,            ///< a sequence number that is impossible, e.g. negative
   window,             ///< sequence numbers that jump so far that Fast DDS would count for minutes
   security,           ///< a submessage of DDS Security while DDS Security is off
-  participants,       ///< a participant beyond the limit of the domain
-  address,            ///< a participant beyond the limit of its IP address
-  endpoints,          ///< a reader or writer beyond the limit of its participant
+  participants,       ///< a participant beyond the ParticipantLimits of the domain
+  address,            ///< a participant beyond the ParticipantLimits of its IP address
+  endpoints,          ///< a reader or writer beyond the EndpointLimits
   secured,            ///< DDS Security data that is cut short, or contains a wrong length
   clear_text,         ///< an unprotected message, although the governance demands protection
   handshakes,         ///< a handshake message beyond the limit of messages per time
@@ -127,8 +128,8 @@ constexpr std::string_view Words(Refusal reason) {
 
 struct DatagramCounters {
   std::uint64_t passed = 0;
-  std::array<std::uint64_t, kRefusals> refused{};  ///< indexed by Refusal
-  std::uint32_t participants = 0;                  ///< other participants that are known now
+  std::array<std::uint64_t, kRefusals> refused{};
+  std::uint32_t participants = 0;  ///< other participants that are known now
 
   bool operator==(const DatagramCounters&) const = default;
   std::uint64_t Refused(Refusal reason) const { return refused[static_cast<std::size_t>(reason)]; }

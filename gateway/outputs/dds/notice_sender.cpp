@@ -8,8 +8,8 @@
 namespace baudgate::dds {
 namespace {
 
-/// The number of newest events that a new reader gets. As many events are repeated after a restart
-/// if subscribers had not acknowledged everything.
+/// The number of newest events that a new session gets. After a restart, as many events are
+/// repeated if subscribers had not acknowledged everything.
 constexpr std::uint64_t kEventImage = 1000;
 constexpr std::size_t kEventsAtATime = 64;
 
@@ -145,8 +145,7 @@ bool NoticeSender::Send(Instant now) {
          SendFrom(alarms_, alarms_due_, now);
 }
 
-/// Sends the start of the gateway if it is due. False: the pacer or the writer accepts no sample
-/// now.
+/// Sends the sample of the gateway if it is due. False: PacedWriter accepts no sample now.
 bool NoticeSender::SendGateway(Instant now) {
   if (now < gateway_due_) return true;
   if (!paced_.MayWrite(now)) return false;
@@ -156,8 +155,8 @@ bool NoticeSender::SendGateway(Instant now) {
   return true;
 }
 
-/// Sends the next samples of `sender`. False: the pacer or the writer accepts no sample now. The
-/// order is preserved, so a refused sample delays the following samples until its retry.
+/// Sends at most kBatch samples of `sender`. False: PacedWriter accepts no sample now. The order is
+/// preserved, so a refused sample delays the following samples until its retry.
 template <typename Sender>
 bool NoticeSender::SendFrom(Sender& sender, Instant& due, Instant now) {
   if (now < due) return true;

@@ -40,7 +40,8 @@ class EventSupply {
   virtual std::optional<Place> place() const { return std::nullopt; }
   virtual void Keep(Place /*place*/) {}
   struct Alarm {
-    /// Number of the change; changes of all alarms are counted together since the start.
+    /// Number of the change. The changes of all alarms since the gateway's start are counted
+    /// together.
     std::uint64_t version = 0;
     AlarmSample sample{};
   };
@@ -56,13 +57,13 @@ class EventSupply {
 };
 
 // EventSender chooses the next event to publish. Each event is sent once, in the order of the
-// numbers; the newest 1000 are sent again to a new reader. After a restart, sending continues after
-// the last event if subscribers had acknowledged everything.
+// numbers; a new session (SampleWriter::session) gets the newest 1000 again. After a restart,
+// sending continues after the last event if subscribers had acknowledged everything.
 //
-//   events 1 … 5000 exist, a reader appears        → 4001, 4002 … 5000
+//   events 1 … 5000 exist, a session begins        → 4001, 4002 … 5000
 //   event 5001 is added                            → 5001
-//   the reader leaves, another one appears         → 4002 … 5001
-//   5002 … 7500 are added, then a reader appears   → 4002 … 7500: no reader has had the last 2499
+//   the session ends, the next one begins          → 4002 … 5001
+//   5002 … 7500 are added, then a session begins   → 4002 … 7500: no session has had the last 2499
 //   an orderly stop, a start, 7501 is added        → 7501
 //   a kill and a start                             → 6502 … 7501: some may have been lost
 //
@@ -91,7 +92,7 @@ class EventSender {
 
   EventSupply* const supply_;
   bool placed_ = false;
-  bool ever_ = false;          ///< place_ has been valid for a receiver since the start
+  bool ever_ = false;          ///< place_ was determined at least once since the start
   std::uint64_t place_ = 0;    ///< number of the last event that was sent
   std::uint64_t reached_ = 0;  ///< the highest place_ so far; events up to it are repetitions
   std::vector<EventSample> batch_;
@@ -101,7 +102,7 @@ class EventSender {
 };
 
 // AlarmSender chooses the next alarm to publish: each alarm that has changed, in its present state.
-// A new receiver gets all alarms.
+// A new session (SampleWriter::session) gets all alarms.
 class AlarmSender {
  public:
   /// `supply` must outlive this object. Null: there are no alarms.
@@ -115,7 +116,7 @@ class AlarmSender {
 
  private:
   EventSupply* const supply_;
-  std::uint64_t version_ = 0;  ///< version of the last alarm that was sent
+  std::uint64_t version_ = 0;
   std::vector<EventSupply::Alarm> batch_;
   std::size_t next_ = 0;
 };
@@ -125,9 +126,9 @@ class NoticeSender {
   /// Running subscribers on a network without faults discover a new gateway within this time.
   static constexpr Duration kDiscoveryTime = 500ms;
   /// All running subscribers discover a new gateway within this time. Events wait for this time
-  /// unless a reader of events is discovered earlier. Example: 3,000 events wait and the writer
-  /// stores 1,000; sent at once, the oldest 2,000 would be lost before the first reader is
-  /// discovered.
+  /// unless a reader of events is discovered earlier. Example: 3,000 events wait and the DDS writer
+  /// stores 1,000. If they were sent immediately, the oldest 2,000 would be lost before the first
+  /// reader is discovered.
   static constexpr Duration kMeetingTime = 15s;
 
   /// The references and `events` must outlive this object. `now` is published as the gateway's
@@ -135,13 +136,14 @@ class NoticeSender {
   NoticeSender(const config::Config& config, const bus::PointStore& store, PacedWriter& paced,
                EventSupply* events, Now now);
 
-  /// Sends everything again to a new receiver. `same` true: the receiver has only replaced its
-  /// writers of samples, so the gateway's start and the final samples are not repeated.
+  /// To be called when a new session has begun: all events, alarms and the start of the gateway
+  /// become due. `same` true: SampleWriter::Reopen has only replaced the writers, so the gateway's
+  /// start and the final samples are not repeated.
   void StartAnew(Instant now, bool same = false);
   PointEnds& ends() { return ends_; }
   DeviceEnds& device_ends() { return device_ends_; }
   bool EndsAreTold() const { return ends_.empty() && device_ends_.empty(); }
-  /// Sends the final samples at the time `at`, including those that were refused before.
+  /// Makes the final samples due at the time `at`, also those that wait for a retry.
   void SendEndsAt(Instant at) { ends_due_ = at; }
 
   /// Sends at most 64 samples of each kind. False: the pacer or the writer accepts no more now.
@@ -149,7 +151,7 @@ class NoticeSender {
   Instant Due();
 
   /// Sends the remaining events and alarms at the permitted rate, for at most 700 ms. Returns the
-  /// time of the next call; nothing: all were sent, or they cannot be sent.
+  /// time of the next call; nothing: all samples were sent, or they cannot be sent.
   std::optional<Instant> End(Instant now);
   /// Stores that subscribers have acknowledged everything. To be called after End.
   void Confirm() { events_.Confirm(); }
@@ -171,10 +173,10 @@ class NoticeSender {
   DeviceEnds device_ends_;
   Instant ends_due_{};  ///< final samples are not sent before this time
   EventSender events_;
-  Instant events_due_;  ///< events are not sent before this time
+  Instant events_due_;
   Instant meets_until_;
   AlarmSender alarms_;
-  Instant alarms_due_;             ///< alarms are not sent before this time
+  Instant alarms_due_;
   std::optional<Instant> end_by_;  ///< the time when End gives up; empty: End was not called yet
 };
 

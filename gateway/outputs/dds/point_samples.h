@@ -28,12 +28,12 @@ class PointSlots {
   bool Has(std::uint32_t device) const { return held_[device] != nullptr; }
   std::uint32_t SlotOf(bus::PointRef ref) const { return first_[ref.device] + ref.point; }
   bus::PointRef RefOf(std::uint32_t slot) const;
-  /// Returns a handle of the device: the store keeps the device's record while the handle exists.
+  /// Returns the device's handle from PointStore::Hold; null: the store did not contain the device.
   const std::shared_ptr<const void>& HoldOf(std::uint32_t device) const { return held_[device]; }
 
  private:
-  /// The handle of each device, by its index, which keeps the device's record readable for the
-  /// final samples; null: the store did not contain the device.
+  /// The handle of each device, by its index. While the handle exists, the store keeps the device's
+  /// record for the final samples. Null: the store did not contain the device.
   std::vector<std::shared_ptr<const void>> held_;
   /// The first slot of each device, by its index; the last element is the number of slots.
   std::vector<std::uint32_t> first_;
@@ -45,13 +45,12 @@ Room RoomFor(const bus::PointStore& store);
 
 /// Returns "device.point". The caller must hold the device (PointStore::Hold).
 std::string NameOf(const bus::PointStore& store, bus::PointRef ref);
-/// Returns the deadband of each slot. The devices stay in the store while `slots` exists.
+/// Returns the deadband of each slot.
 std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlots& slots);
 
 // FillPoint and FillDevice set all fields of a sample except the gateway's name.
 
-/// Fills `sample` from the point. `state` must be computed from the point's present value and
-/// quality.
+/// Fills `sample` from the point; the number and the quality are those of `state`.
 void FillPoint(const bus::DeviceRecord& record, std::uint32_t point, const PointState& state,
                PointSample& sample);
 void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample);
@@ -86,7 +85,7 @@ class PointEnds {
     std::shared_ptr<const void> held;
   };
   std::deque<Gone> gone_;
-  PointSample sample_;  ///< sample of the queue's first point
+  PointSample sample_;
 };
 
 /// The queue of final samples of devices that a reload has removed: each device is published once

@@ -166,11 +166,11 @@ void PublishPlan::TakeDueDevices(Instant now, std::size_t most,
 
 Instant PublishPlan::NextDue() const { return std::min(due_points_.Next(), due_devices_.Next()); }
 
-// Returns the time from a sample to its heartbeat: between three quarters of the heartbeat and all
-// of it, different for each slot. So the samples of one burst (the start, a line that failed)
-// spread over time and do not return as a burst.
+// Returns the time from a sample to its repetition (heartbeat): between three quarters of
+// options_.heartbeat and all of it, different for each slot. So the samples of one burst (the
+// start, a line that failed) spread over time and do not return as a burst.
 Duration PublishPlan::Period(std::uint32_t slot) const {
-  const std::uint32_t scattered = slot * 2654435769U >> 22;  // golden ratio: 0…1023
+  const std::uint32_t scattered = slot * 2654435769U >> 22;  // a hash of the slot: 0…1023
   return options_.heartbeat - options_.heartbeat / 4 * scattered / 1024;
 }
 

@@ -39,7 +39,7 @@ class DueQueue {
 
   std::vector<Instant> due_;
   std::vector<Instant> key_;  ///< the time by which the heap sorts each slot; never later than due_
-  std::vector<std::uint32_t> heap_;      ///< the slots in heap order
+  std::vector<std::uint32_t> heap_;
   std::vector<std::uint32_t> position_;  ///< index of each slot in heap_
 };
 

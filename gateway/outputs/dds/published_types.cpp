@@ -56,8 +56,8 @@ class Writer {
 class Reader {
  public:
   explicit Reader(View bytes) : bytes_(bytes), good_(bytes.size() >= kCdrHead) {
-    // Only CDR_BE and CDR_LE are accepted, because samples of the contract are never parameter
-    // lists.
+    // Only CDR_BE and CDR_LE are accepted, because the types of gateway/outputs/dds/baudgate.idl
+    // are never sent as parameter lists.
     good_ = good_ && bytes[0] == 0 && bytes[1] <= 1;
     little_ = good_ && bytes[1] == 1;
   }

@@ -1,7 +1,7 @@
-// `Contract` lists the fields of each published type of baudgate.idl; a test compares it with
-// the IDL. From these lists the code derives the wire form (Encode, Decode), the key hashes, the
-// types for generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml (TypesXml), and
-// the JSON of `watch` (gateway/tools/watch/watch_lines.h).
+// `Contract` lists the fields of each published type of gateway/outputs/dds/baudgate.idl; a test
+// compares it with the IDL. From these lists the code derives the wire form (Encode, Decode), the
+// key hashes, the types for generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml
+// (TypesXml), and the JSON of `watch` (gateway/tools/watch/watch_lines.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -200,7 +200,6 @@ inline constexpr auto kTypeFields =
 template <typename Sample>
 inline constexpr TypeDescription kTypeOf = {contract::Contract<Sample>::kName, kTypeFields<Sample>};
 
-/// Calls `use` with the description of every published type, in the order of the IDL.
 template <typename Use>
 void ForEachType(Use use) {
   use(kTypeOf<PointSample>);
@@ -241,7 +240,8 @@ template <typename Sample>
 inline constexpr std::size_t kMaxBytes = LongestSample<Sample>();
 
 /// Writes little-endian CDR with its encapsulation header. Returns the number of bytes; 0 if a text
-/// is longer than its bound or `to` is too small. Instantiated for all samples of the contract.
+/// is longer than its bound or `to` is too small. Instantiated for all samples of
+/// gateway/outputs/dds/samples.h.
 template <typename Sample>
 std::size_t Encode(const Sample& sample, std::span<std::uint8_t> to);
 

@@ -14,9 +14,10 @@ namespace {
 
 constexpr std::size_t kDueBatch = 64;
 
-// If there are more points, the publisher waits before it sends all of them. Otherwise, a reader
-// that is matched in the middle receives the last points before the first; with Fast DDS 2.9 it
-// then searches all its samples for each new one, for ten seconds and more.
+// If there are more points than this, the publisher waits kDiscoveryTime before it sends them all.
+// Otherwise, a reader that is matched while they are sent receives the last points before the
+// first; with Fast DDS 2.9 it then searches all its samples for each new one, for ten seconds and
+// more.
 constexpr std::size_t kLongImage = 1000;
 
 Instant ImageTime(std::size_t points, Instant now) {
@@ -36,8 +37,7 @@ SampleSender::SampleSender(const config::Config& config, const bus::PointStore& 
       paced_(writer, std::move(log)),
       notices_(config, store, paced_, events, now) {}
 
-/// Only points that have slots are planned, because a reload can be adding devices to the store
-/// meanwhile.
+/// Only points that have slots are planned, because a reload may be adding devices to the store.
 PublishPlan SampleSender::NewPlan(Instant now) const {
   return {{.heartbeat = config_.dds.heartbeat},
           DeadbandsBySlot(store_, slots_),
@@ -147,7 +147,8 @@ bool SampleSender::SendRound(Instant now) {
   }
 }
 
-// Only copies values under the device's lock, because a write can block for milliseconds.
+// The function only copies values under the device's lock, because a write can block for
+// milliseconds.
 void SampleSender::StageNextDevice(Instant now) {
   round_.staged_count = round_.next_staged = 0;
   const auto rest = std::span(round_.points).subspan(round_.next_point);
@@ -190,8 +191,8 @@ bool SampleSender::SendStaged(Instant now) {
   return true;
 }
 
-/// Returns staged samples to the list of points, so that the next attempt reads the latest values
-/// from the store.
+/// Puts staged samples that were not sent back into the list of points, so that the next attempt
+/// reads the latest values from the store.
 void SampleSender::Unstage() {
   const std::size_t left = round_.staged_count - round_.next_staged;
   round_.next_point -= left;
@@ -332,8 +333,8 @@ void DdsPublisher::Renew(std::uint64_t session) {
 }
 
 Instant DdsPublisher::End() {
-  // After a new session has begun, the receiver has no events yet, so the remaining events are not
-  // sent.
+  // If a new session has begun after the last StartAnew, the remaining events are not sent, because
+  // its writers lack the events before them.
   const bool known = writer_->session() == session_;
   while (known) {
     const auto next = sender_.End(ReadClocks().instant);

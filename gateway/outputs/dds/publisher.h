@@ -40,14 +40,15 @@ class SampleSender {
   SampleSender(const config::Config& config, const bus::PointStore& store, SampleWriter& writer,
                PacedWriter::Log log, Now now, EventSupply* events = nullptr);
 
-  /// To be called when a new session has begun, whose writers contain no samples: everything is due
-  /// at `now`. Unless SampleWriter::Reopen has caused the session, this also forgets which points
-  /// and devices were sent, and clears the queues of final samples.
+  /// To be called when a new session (SampleWriter::session) has begun, whose writers contain no
+  /// samples: everything is due at `now`. Unless SampleWriter::Reopen has caused the session,
+  /// StartAnew also forgets which points and devices were sent, and clears the queues of final
+  /// samples.
   void StartAnew(Instant now);
 
-  /// To be called after a reload. Sends the final samples of removed points and devices; then
-  /// replaces the writers, so that late subscribers never get the removed points; then sends
-  /// everything else, including unsent changes of Add.
+  /// To be called after a reload. If points or devices were removed or have no space, Send then
+  /// sends the final samples and replaces the writers, so that late subscribers never get removed
+  /// points. It sends everything else again.
   void OnReload(Instant now);
 
   /// Takes over changes (possibly none). To be called before each Send if idle() is true, and only
@@ -55,14 +56,14 @@ class SampleSender {
   void Add(bus::Changes& changes);
   /// False: some changes of Add have not been sent yet.
   bool idle() const;
-  /// Sends at the permitted rate: at most 64 notices of each kind, then the added changes, then at
-  /// most 64 points and 64 devices that are due. To be called only while the writer has a session.
-  /// Returns the latest time of the next call; `now`: at once.
+  /// Sends at the permitted rate: at most 64 samples of each kind of NoticeSender, then the added
+  /// changes, then at most 64 points and 64 devices that are due. To be called only while the
+  /// writer has a session. Returns the latest time of the next call; `now`: immediately.
   Instant Send(Instant now);
 
   /// Sends the remaining events and alarms at the permitted rate. Returns the time of the next
-  /// call; nothing: all were sent, or they cannot be sent. The final samples of points are sent by
-  /// baudgate-dds.
+  /// call; nothing: all samples were sent, or they cannot be sent. baudgate-dds sends the final
+  /// samples of points.
   std::optional<Instant> End(Instant now) { return notices_.End(now); }
   void Confirm() { notices_.Confirm(); }
 
@@ -81,7 +82,7 @@ class SampleSender {
   };
   /// The samples that are being sent: points device by device, then devices.
   struct Round {
-    std::vector<bus::PointRef> points;  ///< changed points, sorted by device
+    std::vector<bus::PointRef> points;  ///< changed or due points, sorted by device
     std::size_t next_point = 0;
     std::vector<Staged> staged;  ///< samples of points of one device; reused to avoid allocations
     std::size_t staged_count = 0;
@@ -139,8 +140,8 @@ class DdsPublisher {
   static Status CheckNames(const config::Config& config);
 
   void OnReload();
-  /// Sends the last events and ends the thread, when baudgate-dds has published all points as not
-  /// connected, or after two seconds at most. A second call does nothing.
+  /// Sends the last events and ends the thread when baudgate-dds has published all points as not
+  /// connected, after 2.2 s at most. A second call does nothing.
   void Stop();
 
   DdsCounters counters() const {
@@ -156,14 +157,15 @@ class DdsPublisher {
   Instant End();
 
   std::shared_ptr<SampleWriter> writer_;
-  std::shared_ptr<EventSupply> events_;  // null: there are no events
+  std::shared_ptr<EventSupply> events_;
   std::shared_ptr<bus::ChangeFeed> feed_;
   SampleSender sender_;
   std::atomic<bool> reloaded_ = false;
   // Only the publisher's thread uses the following members.
   Pacer wakes_;
   bus::Changes changes_;
-  std::uint64_t session_ = 0;  // the session for which sender_ was started; 0: not started
+  // The session (SampleWriter::session) for which sender_ was started; 0: it was not started.
+  std::uint64_t session_ = 0;
   Instant next_sending_{};
   Instant rests_until_{};
   Worker worker_;

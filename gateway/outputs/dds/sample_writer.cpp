@@ -41,8 +41,8 @@ std::uint64_t RequestIntake::dropped() const {
 
 namespace {
 
-// The rate is 20 samples per ms: nothing is lost even with socket buffers of 208 KiB, the kernel's
-// default.
+// The rate is 20 samples per ms. At this rate nothing is lost, even with socket buffers of 208 KiB,
+// the kernel's default.
 constexpr Duration kPaceInterval = 50us;
 constexpr std::uint32_t kPaceBurst = 100;
 constexpr Duration kShortestHold = 1ms;

@@ -52,19 +52,19 @@ struct WriteArrival {
   WallTime published{};
   /// True if `published` is before this gateway began to read requests.
   bool early = false;
-  /// True if the client's writer may store samples (be durable), so that the request may be an old
-  /// one.
+  /// True unless the client's writer is known to be volatile. A writer that stores samples can
+  /// deliver an old request.
   bool lasting = false;
 };
 
 /// RequestIntake is a queue of requests with a bounded length and rate. Requests beyond the bounds
-/// are counted and dropped; their client repeats them.
+/// are counted and dropped; their clients must repeat them.
 class RequestIntake {
  public:
   static constexpr std::size_t kMost = 128;
-  /// After a burst, one request per interval is accepted.
+  /// The rate limit: kBurst requests at once, then one per kInterval.
   static constexpr Duration kInterval = 2ms;
-  static constexpr std::uint32_t kBurst = 128;  ///< requests that are accepted at once
+  static constexpr std::uint32_t kBurst = 128;
 
   /// `wake` is called on the thread of Offer, after a request was queued.
   explicit RequestIntake(std::function<void()> wake) : wake_(std::move(wake)) {}
@@ -83,7 +83,7 @@ class RequestIntake {
   std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
-/// Room: the number of instances that the writers can store.
+/// Room: the numbers of points and devices for which the DDS writers have space.
 struct Room {
   std::uint32_t points = 0;
   std::uint32_t devices = 0;
@@ -99,8 +99,9 @@ struct Room {
 enum class Sent : std::uint8_t {
   yes,
   refused,  ///< the library did not accept the sample: write it again after about a second
-  later,    ///< the receiver is absent or its socket is full: write the sample again some
-            ///< milliseconds later
+  /// The DDS process is absent or its socket is full: write the sample again some milliseconds
+  /// later.
+  later,
 };
 
 /// One thread uses a SampleWriter, with two exceptions: any thread may call subscribers(),
@@ -120,17 +121,18 @@ class SampleWriter {
   /// Waits at most `most` until all subscribers have acknowledged all samples; no other call may
   /// follow. False: they have not, or the writer cannot find out. If the writer is in baudgate-dds,
   /// that process first publishes all points as not connected, which can take longer than `most`;
-  /// true then also means that a subscriber of events is connected.
+  /// the result is then true only if a subscriber of events is connected.
   virtual bool WaitAcknowledged(Duration most) = 0;
   /// Replaces the writers of samples by empty writers with this Room, so that subscribers no longer
-  /// see removed points and devices. Until the new session() begins, Write accepts no sample.
+  /// see removed points and devices. Until session() changes, Write accepts no sample.
   virtual Sent Reopen([[maybe_unused]] const Room& room) { return Sent::yes; }
   virtual Subscribers subscribers() const = 0;
   virtual DatagramCounters datagrams() const { return {}; }
   virtual Neighbours neighbours() const { return {}; }
 
-  /// Returns the number of the present session; 0: there is no receiver of samples. A new session
-  /// begins when the receiver has none of the samples that were sent before.
+  /// Returns the number of the present session; 0: there are no DDS writers, e.g. because
+  /// baudgate-dds does not run. A new session begins with new DDS writers, which contain none of
+  /// the earlier samples.
   virtual std::uint64_t session() const { return 1; }
   /// Sets the function that is called whenever session() changes, and when the first reader of
   /// events appears. `changed` may be called on any thread. To be set before the first sample.
@@ -144,8 +146,8 @@ class SampleWriter {
   virtual std::uint64_t dropped_requests() const { return 0; }
 };
 
-// PacedWriter writes samples at a rate at which no sample is lost, pauses when the receiver accepts
-// none, and counts the accepted and refused samples. The time is an argument.
+// PacedWriter writes samples at a rate at which no sample is lost, pauses while SampleWriter
+// returns `later`, and counts the accepted and refused samples. The time is an argument.
 class PacedWriter {
  public:
   /// Called with a log line when samples begin to be refused, and when they are accepted again.
@@ -185,7 +187,7 @@ class PacedWriter {
   const Log log_;
   Pacer pacer_;
   Instant held_until_{};
-  Duration hold_{};  ///< the present pause; it doubles while the receiver accepts nothing
+  Duration hold_{};  ///< the present pause; it doubles while SampleWriter returns `later`
   /// Refused samples since the last accepted one; the first of them is logged.
   std::uint64_t failing_ = 0;
   std::atomic<std::uint64_t> written_ = 0;

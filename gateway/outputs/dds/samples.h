@@ -1,6 +1,6 @@
-// `PointSample` and the structs below are the samples of the DDS contract (baudgate.idl), with the
-// bounds of their texts. point_samples.cpp fills them from the point store, published_types.cpp
-// from received bytes.
+// `PointSample` and the structs below are the samples of gateway/outputs/dds/baudgate.idl, with the
+// bounds of their texts. gateway/outputs/dds/point_samples.cpp fills them from the point store,
+// gateway/outputs/dds/published_types.cpp from received bytes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +21,7 @@ inline constexpr char kReplyTopic[] = "baudgate/write_reply";
 /// The number of a device's newest events that a late subscriber gets.
 inline constexpr std::size_t kEventDepth = 1000;
 
-/// Longest texts in baudgate.idl, in bytes.
+/// Longest texts in gateway/outputs/dds/baudgate.idl, in bytes.
 inline constexpr std::size_t kMaxKey = 64;
 inline constexpr std::size_t kMaxText = 128;
 inline constexpr std::size_t kMaxUnit = 16;
@@ -41,7 +41,7 @@ struct PointSample {
   std::uint16_t quality = 0;  ///< see Quality::word() in gateway/base/value.h
   /// Time of the value in ns since 1970 UTC; 0 before the first reading.
   std::int64_t source_time_ns = 0;
-  std::uint64_t seq = 0;  ///< number of the reading; counts the readings of this point
+  std::uint64_t seq = 0;  ///< number of the reading of this point since the gateway's start
   std::uint32_t rtt_us = 0;
 
   bool operator==(const PointSample&) const = default;
@@ -65,11 +65,11 @@ struct DeviceSample {
   bool operator==(const DeviceSample&) const = default;
 };
 
-/// Published at each start of a gateway, and again by each new baudgate-dds process.
+/// A gateway publishes this sample at its start and again for each new baudgate-dds process.
 struct GatewaySample {
   std::string gateway;  ///< key
-  /// The start of the gateway (not of baudgate-dds), in ns since 1970 UTC; every `seq` counts from
-  /// this start.
+  /// The start of the gateway (not of baudgate-dds), in ns since 1970 UTC. PointSample::seq counts
+  /// from this start.
   std::int64_t start_time_ns = 0;
   std::string version;
 
@@ -77,7 +77,7 @@ struct GatewaySample {
 };
 
 /// An event that a device has recorded or the gateway has detected (docs/events.md). It is
-/// published when it is on the disk.
+/// published only after it is stored on the disk.
 struct EventSample {
   std::string gateway;  ///< key
   std::string device;   ///< key
@@ -93,7 +93,8 @@ struct EventSample {
   bool operator==(const EventSample&) const = default;
 };
 
-/// The present state of an alarm (docs/events.md). It is published when it is on the disk.
+/// The present state of an alarm (docs/events.md). If events are stored on the disk, it is
+/// published only after it is stored.
 struct AlarmSample {
   std::string gateway;  ///< key
   std::string line;     ///< key
@@ -121,9 +122,10 @@ struct RequestSample {
   std::string device;
   std::string point;
   double value = 0;      ///< value in the unit that users see; used if `text` is empty
-  std::string text;      ///< value as on the command line of `baudgate write`; replaces `value`
-  bool confirm = false;  ///< true: the write is carried out without a previous selection
-  /// Time from the arrival of the request; 0: the gateway's default.
+  std::string text;      ///< value as it is typed for `baudgate write`; replaces `value`
+  bool confirm = false;  ///< true: the point need not be selected before
+  /// The longest time from the arrival of the request to the write, at most 60 s; 0: the gateway's
+  /// default.
   std::uint32_t deadline_ms = 0;
   /// The latest time of the write in ns since 1970 UTC, by the gateway's clock; 0: no limit.
   std::int64_t not_after_ns = 0;
@@ -135,7 +137,7 @@ struct ReplySample {
   std::string gateway;  ///< key
   std::string client;   ///< key
   std::uint64_t seq = 0;
-  std::string outcome;  ///< name of the WriteEnd, as Name() returns it
+  std::string outcome;  ///< name of a WriteEnd (gateway/base/outcome.h)
   std::string reason;   ///< one sentence; empty if the outcome is ok
   std::uint32_t took_us = 0;
 

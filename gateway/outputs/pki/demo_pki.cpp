@@ -63,7 +63,8 @@ bool AddExtension(X509* certificate, X509* issuer, int which, const char* value)
   return extension && X509_add_ext(certificate, extension.get(), -1) == 1;
 }
 
-/// Creates a key and a certificate that `issuer` signs; null: the certificate is self-signed.
+/// Creates a key and a certificate that `issuer` signs. `issuer` null: the certificate is that of
+/// an authority, and self-signed.
 Result<Issued> Make(const std::string& name, const Validity& validity, X509* issuer,
                     EVP_PKEY* issuer_key) {
   const PrivateKey key(EVP_EC_gen("prime256v1"));

@@ -49,9 +49,11 @@ inline constexpr Duration kDemoValidity = 5 * 365 * 24h;
 struct DemoPkiOptions {
   std::string directory;
   std::vector<std::string> gateways;
-  /// Subscribers to create that can only subscribe; numbered after the existing ones.
+  /// Number of subscribers to create that can only subscribe. Their folders get the first free
+  /// numbers.
   int subscribers = 0;
-  /// Subscribers to create that can also publish baudgate/write; numbered after the existing ones.
+  /// Number of subscribers to create that can also publish baudgate/write. Their folders get the
+  /// first free numbers.
   int writers = 0;
   /// Validity of identities and permissions; a new authority is valid longer.
   Duration validity = kDemoValidity;

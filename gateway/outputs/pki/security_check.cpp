@@ -19,7 +19,7 @@ namespace {
 
 using config::DdsSecurity;
 
-/// A certificate causes a warning from this time before its end on.
+/// A certificate causes a warning if it ends within this time.
 constexpr Duration kWarnBefore = 60 * 24h;
 
 std::string Day(WallTime time) { return FormatWallTime(time).substr(0, 10); }
@@ -36,7 +36,7 @@ std::vector<std::string> Elements(const std::string& xml, const std::string& tag
   return found;
 }
 
-/// Returns the signed text; nothing: none of `signers` has signed the document in this form.
+/// Returns the text of a signed S/MIME document; nothing: none of `signers` has signed it.
 std::optional<std::string> Verified(const std::string& smime,
                                     const std::vector<Certificate>& signers) {
   const Bio from = Reading(smime);

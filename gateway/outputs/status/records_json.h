@@ -49,12 +49,12 @@ nlohmann::ordered_json PageJson(const history::TrendPage& page, const std::strin
 // HistoryCsvHead and HistoryCsvRow write the CSV of `baudgate history --csv` and of the web page's
 // download, from the records of PageJson.
 
-/// Returns the head with its line end. `spans`: the rows are minutes, hours, … and not single
-/// values.
+/// Returns the head with its line end. `spans` true: each row summarizes a period, e.g. a minute;
+/// false: each row is one value.
 std::string HistoryCsvHead(bool spans);
 
-/// Returns a row with its line end. Times have a form that spreadsheets can read; numbers are
-/// unchanged.
+/// Returns a row with its line end. Times have a form that spreadsheets can read; numbers are as in
+/// `record`.
 std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans);
 
 /// Returns the text for a record with a gap, e.g. "gap: the gateway was down until …".

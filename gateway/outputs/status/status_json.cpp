@@ -140,7 +140,7 @@ Json LineJson(const config::Config& config, const bus::PointStore& store, Target
   const config::Line& line = config.lines[target.line];
   const bus::LineStatus status = store.ReadLine(target.line);
   const std::uint32_t first = config::FirstDevice(config, target.line);
-  // The records are copied, because the line must not wait.
+  // The records are copied, so that the line waits for their locks only briefly.
   std::vector<bus::DeviceRecord> records(line.devices.size());
   for (std::uint32_t i = 0; i < records.size(); ++i) {
     store.Read(first + i, [&](const bus::DeviceRecord& held) { records[i] = held; });
@@ -293,7 +293,7 @@ Json SettingJson(const bus::DeviceRecord& record, std::size_t index, Now now) {
   return json;
 }
 
-/// Returns the name that the relay itself has stored; null: the name is not known.
+/// Returns the name that is stored in the device itself; null: the name is not known.
 Json DesignationOf(const bus::DeviceRecord& record, Now now) {
   const auto& points = record.device->points;
   const std::string_view designation = record.device->traits->designation;
@@ -309,7 +309,8 @@ Json DesignationOf(const bus::DeviceRecord& record, Now now) {
 
 Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& store, Target target,
                           Now now) {
-  bus::DeviceRecord record;  // the record is copied, because the line must not wait
+  // The record is copied, so that the line waits for its lock only briefly.
+  bus::DeviceRecord record;
   if (!store.Read(*target.device, [&](const bus::DeviceRecord& held) { record = held; })) {
     return Error{"a reload has removed this device"};
   }

@@ -26,25 +26,25 @@ namespace baudgate::status {
 
 // ReloadState describes the running configuration. gateway/daemon/reloader.h fills it.
 struct ReloadState {
-  std::string file;    ///< path of the configuration file
-  std::string folder;  ///< folder of the confirmed copy; empty: no copy is stored
+  std::string file;
+  std::string folder;  ///< folder of the copy of the confirmed configuration; empty: no copy
   WallTime applied{};  ///< time when the running configuration was applied
-  /// The end of the time in which somebody must confirm the configuration; after it, the previous
-  /// configuration is applied again. Nothing: no confirmation is needed.
+  /// The time until which somebody must confirm the configuration. Without a confirmation, the
+  /// previous configuration is applied again. Nothing: no confirmation is needed.
   std::optional<WallTime> confirm_until{};
-  /// A sentence: why the running configuration is not that of `file`; empty: both are equal, as far
-  /// as is known.
+  /// A sentence: why the running configuration is not that of `file`; empty: no difference is
+  /// known.
   std::string not_the_file;
   /// A sentence about the last check of `file`: the file differs from the running configuration, or
   /// cannot be read. Empty: the file can be read and does not differ.
   std::string file_changed;
-  /// Why the confirmed copy cannot be written; empty: it can be written.
+  /// Why the copy of the confirmed configuration cannot be written; empty: it can be written.
   std::string not_kept;
 };
 
 struct FilesState {
   std::size_t open = 0;
-  std::size_t limit = 0;  ///< the most files that it can have open; 0: no limit
+  std::size_t limit = 0;  ///< the most files that the process can have open; 0: no limit
   /// Sentences about files that cannot be written.
   std::vector<std::string> troubles{};
 };
@@ -80,8 +80,8 @@ Json StatusJson(const config::Config& config, const bus::PointStore& store, cons
                 const std::optional<Target>& target, Now now);
 
 /// Returns the answer to the request "settings" (docs/settings.md): every setting of a device with
-/// its value, quality and age, as the store contains them; no request is sent to the device. An
-/// error if the device has no settings.
+/// its value, quality and age, as the store contains them; no request is sent to the device.
+/// Returns an error if the device has no settings.
 Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& store, Target target,
                           Now now);
 

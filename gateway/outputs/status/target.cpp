@@ -14,7 +14,7 @@ template <typename Named>
 std::vector<std::string_view> NamesOf(const std::vector<Named>& all) {
   std::vector<std::string_view> names;
   for (const Named& one : all) {
-    if (!one.name.empty()) names.push_back(one.name);  // an empty name: a reload has removed it
+    if (!one.name.empty()) names.push_back(one.name);  // empty: removed by a reload
   }
   return names;
 }

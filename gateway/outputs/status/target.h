@@ -19,7 +19,7 @@ struct Target {
   std::optional<std::uint32_t> device{};  ///< index in the point store; empty: the whole line
 };
 
-/// Finds LINE or LINE.DEVICE. The error lists the existing names and the most similar one.
+/// Finds LINE or LINE.DEVICE. The error lists the existing names and suggests the most similar one.
 Result<Target> FindTarget(const config::Config& config, std::string_view text);
 
 Result<Target> FindDevice(const config::Config& config, std::uint32_t line, std::string_view name);
@@ -29,7 +29,7 @@ struct PointsTarget {
   std::vector<std::uint32_t> points{};  ///< indices in the device's points
 };
 
-/// Finds LINE.DEVICE.POINT, one point, or LINE.DEVICE, all points of the device that can be read.
+/// Finds one point (LINE.DEVICE.POINT), or all points of a device that can be read (LINE.DEVICE).
 Result<PointsTarget> FindPoints(const config::Config& config, std::string_view text);
 
 struct PointTarget {

@@ -1,6 +1,6 @@
 // `ValueJson` and `TimeJson` convert values and times to JSON for the answers of the control
-// socket. AddFields adds the rows of a table (gateway/bus/points/counted.h) to an object, and
-// LabelsJson returns the labels of the rows.
+// socket. AddFields adds the members of a struct that have a row in its VisitFields
+// (gateway/bus/points/counted.h) to an object, and LabelsJson returns the labels of these rows.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -46,7 +46,7 @@ inline nlohmann::ordered_json ValueJson(const Value& value) {
   return number != nullptr && std::isfinite(*number) ? Json(*number) : Json(nullptr);
 }
 
-// JsonOf converts the members of a table whose JSON has several keys.
+// JsonOf converts a member whose JSON is an object or an array.
 
 nlohmann::ordered_json JsonOf(const bus::LineShares& shares, Now now);
 nlohmann::ordered_json JsonOf(const bus::RecentOutcomes& recent, Now now);
@@ -69,8 +69,8 @@ nlohmann::ordered_json JsonOf(const std::array<Count, kOutcomeCount>& counts, No
   return json;
 }
 
-/// Converts a value. The suffix of `key` (_us, _ms) is the unit of a duration; an instant is
-/// converted to its age in ms.
+/// Converts a member to the value of `key`. The suffix of `key` (_us, _ms) is the unit of a
+/// duration; an Instant is converted to its age in ms.
 template <typename T>
 nlohmann::ordered_json FieldJson(std::string_view key, const T& value, Now now) {
   using Json = nlohmann::ordered_json;
@@ -100,8 +100,8 @@ void AddFields(const T& its, Now now, nlohmann::ordered_json& json) {
   });
 }
 
-/// Returns {"retries":"retries","missed":"missed periods",…}: the labels of a table, in the order
-/// in which they are shown.
+/// Returns {"retries":"retries","missed":"missed periods",…}: the labels of the rows of T's
+/// VisitFields (gateway/bus/points/counted.h), in the order in which they are shown.
 template <config::HasFields T>
 nlohmann::ordered_json LabelsJson() {
   struct Labelled {

@@ -18,8 +18,8 @@
 namespace baudgate::dds {
 namespace {
 
-// Announcements of a new or changed participant that are forwarded without a pause between them,
-// because datagrams can be lost.
+// Number of times that the announcement of a new or changed participant is forwarded without the
+// pause RelayLimits::repeat, because datagrams can be lost.
 constexpr int kFirstRounds = 3;
 constexpr std::size_t kMostAddresses = 1024;
 
@@ -113,8 +113,6 @@ void AnnouncementRelay::Introduce(const Known& whom, const Known& to, Instant no
   introductions_.push_back({at, whom.announcement.datagram});
 }
 
-/// Returns the entry of the address. If the table is full, the entry that has not been used for the
-/// longest time is replaced.
 AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, Instant now) {
   auto at = std::ranges::find(addresses_, address, &Address::address);
   if (at == addresses_.end()) {
@@ -130,7 +128,8 @@ AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, 
 }
 
 bool AnnouncementRelay::Purse::Take(const RelayRate& rate, Instant now) {
-  // `filled` advances by the time that whole datagrams need, so that fractions are not lost.
+  // `filled` advances by the time of whole datagrams only; the rest of the time counts at the next
+  // call.
   const Duration each = Duration(1s) / rate.each_second;
   const std::int64_t earned = std::clamp<std::int64_t>((now - filled) / each, 0, rate.burst);
   if (earned > 0) {
@@ -172,7 +171,6 @@ Result<RelaySocket> RelaySocket::Open(const config::HostPort& at) {
   if (!place) return CanNotOpen(at, EINVAL);
   RelaySocket opened(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (opened.descriptor_ < 0) return CanNotOpen(at, errno);
-  // The kernel may set smaller buffers than requested.
   ::setsockopt(opened.descriptor_, SOL_SOCKET, SO_RCVBUF, &kSocketBuffer, sizeof kSocketBuffer);
   ::setsockopt(opened.descriptor_, SOL_SOCKET, SO_SNDBUF, &kSocketBuffer, sizeof kSocketBuffer);
   const sockaddr_in address = AddressOf(*place);

@@ -29,7 +29,7 @@ struct RelayRate {
 struct RelayLimits {
   std::size_t participants = 512;
   std::size_t of_address = 128;  ///< participants of one address (ParticipantLimits::of_address)
-  /// The longest announcement in bytes. Fast DDS sends 500, with DDS Security 1,000.
+  /// The longest announcement in bytes. Fast DDS sends 500 bytes, with DDS Security 1,000.
   std::size_t datagram = 4096;
   /// A participant that is silent for this time is removed, even if its lease is longer.
   Duration longest_lease = 60s;
@@ -38,7 +38,7 @@ struct RelayLimits {
   Duration repeat = 10s;
   Duration repeat_each = 200ms;
   RelayRate new_of_address = {128, 8};
-  /// One round sends a participant's announcement to all others.
+  /// A round is one sending of a participant's announcement to all others.
   RelayRate rounds_of_participant = {4, 1};
   RelayRate to_address = {16384, 1024};
   RelayRate to_all = {32768, 8192};

@@ -28,7 +28,7 @@ constexpr Duration kInterval = Duration(1s) / 128;
 constexpr std::size_t kBurstOfAddress = kBurst / 2;
 constexpr Duration kIntervalOfAddress = kInterval * 2;
 
-/// Reads serialized (CDR) data step by step. fits() returns false if a field ends behind the
+/// Reads serialized (CDR) data step by step. fits() is false once a field has ended behind the
 /// payload.
 class SecuredWalk {
  public:
@@ -210,7 +210,8 @@ struct DatagramCheck::Submessage {
   std::uint8_t flags = 0;
   std::size_t at = 0;  ///< offset of the body in the datagram
   RtpsFields body;
-  /// The length field is 0: the submessage extends to the end of the datagram.
+  /// True: the length field is 0, which means that the submessage extends to the end of the
+  /// datagram.
   bool is_last = false;
 };
 
@@ -251,8 +252,9 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
     const bool is_last = length == 0 && id != kPad && id != kInfoTimestamp;
     if (is_last) length = datagram.size() - at - 4;
     if (id >= kFirstVendor && !walk.order.open()) {
-      // Example: 80 01 38 00 … are statistics. If their number is lower than the previous one, Fast
-      // DDS 2.9 ends; so vendors' submessages at the end are cut off.
+      // Submessages of vendors at the end of the datagram are cut off. Example: Fast DDS 2.9
+      // terminates the process for statistics (80 01 38 00 …) with a lower number than the previous
+      // ones.
       if (!vendors_only) walk.verdict.length = at;
       vendors_only = true;
     } else {
@@ -276,8 +278,9 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
   return walk.verdict;
 }
 
-/// True if the submessage is protected, or needs no protection: discovery and handshakes of
-/// participants are unprotected, because there are no keys yet.
+/// True if the submessage is protected (encrypted or signed), or need not be: the governance does
+/// not demand it, the submessage contains no data, or it belongs to the discovery or handshake of
+/// participants, which have no keys yet.
 bool DatagramCheck::MayBeClear(const Submessage& submessage, const Walk& walk) const {
   if (security_ != Secured::demanded || walk.order.inside()) return true;
   if (submessage.id != kData && submessage.id != kHeartbeat && submessage.id != kGap &&
@@ -297,7 +300,7 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
   switch (submessage.id) {
     case kData:
       return CheckData(submessage, walk);
-    case kDataFragment:  // refuses e.g. 16 03 24 00 …: inline QoS without payload
+    case kDataFragment:  // refuses e.g. 16 03 24 00 …, which has inline QoS but no payload
     case kHeartbeatFragment:
     case kNackFragment:
       return Refusal::fragment;
@@ -311,7 +314,7 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
       const std::size_t set = SetSize(body, 8);
       if (set == 0) return Refusal::numbers;
       // An ACKNACK whose base is 2 or more acknowledges number 1, our first announcement of a
-      // writer.
+      // writer. So the participant receives what we send.
       if (*body.Entity(4) == kPublicationsWriter && *body.SequenceNumber(8) > 1) {
         participants_.Confirmed(walk.source);
       }
@@ -395,7 +398,7 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
                                          security_ != Secured::off, announced);
   if (reason != Refusal::none) return reason;
   const std::size_t list_at = submessage.at + at + kEncapsulation;
-  // A signed announcement is not changed, because its signature would no longer match.
+  // A protected announcement is not changed, because its signature would no longer match.
   if (!walk.order.inside() && !Hide(announced, list_at, walk.verdict)) {
     return Refusal::parameters;
   }

@@ -1,11 +1,11 @@
 // `DatagramCheck` checks each datagram before the DDS library gets it, because a single datagram of
-// any sender can trigger faults of Fast DDS 2.9. No socket, no clock, no Fast DDS; the memory is
-// fixed. Source: DDSI-RTPS 2.3, chapters 8.3, 9.4.
+// any sender can trigger faults of Fast DDS 2.9. It uses no socket, no clock and no Fast DDS; its
+// memory is bounded. Source: DDSI-RTPS 2.3, chapters 8.3, 9.4.
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | submessages: id, flags, length (2), …
 //
-// A correct peer is never refused: parts that the standard tells receivers to skip are accepted if
-// their length fits (8.3.4.1).
+// Parts that the standard tells receivers to skip are accepted if their length fits (8.3.4.1).
+// Fragments are refused, even if they are correct.
 //
 // DatagramGate makes the check available to the receiving threads, and counts datagrams.
 // SPDX-License-Identifier: Apache-2.0
@@ -37,10 +37,9 @@ namespace baudgate::dds {
 enum class Secured : std::uint8_t {
   off,       ///< every submessage of DDS Security is refused
   allowed,   ///< submessages of DDS Security are accepted if well formed
-  demanded,  ///< as `allowed`; only discovery and handshakes may be unprotected
+  demanded,  ///< submessages must be protected, except discovery and handshakes
 };
 
-/// Checks the order of the submessages of one datagram.
 class SecuredOrder {
  public:
   /// Takes the next submessage; `first`: it is the first of the datagram. False if `id` is not
@@ -48,7 +47,7 @@ class SecuredOrder {
   bool Next(std::uint8_t id, bool first);
   /// True if every prefix was followed by its postfix.
   bool complete() const { return !message_ && step_ == Step::outside; }
-  /// True if the next submessage is protected, unless it is the postfix.
+  /// True if the next submessage is protected or is the postfix of the message.
   bool open() const { return message_ || step_ == Step::prefix; }
   bool inside() const { return inside_; }
 
@@ -79,7 +78,7 @@ class HandshakeBudget {
 
 using Sender = UdpAddress;
 
-/// Bytes `at`…`at`+7 of a datagram are overwritten with `bytes` before the library gets it.
+/// Bytes `at`…`at`+7 of the datagram are overwritten with `bytes` before the library gets it.
 struct Edit {
   std::size_t at = 0;
   std::array<std::uint8_t, 8> bytes{};
@@ -90,8 +89,8 @@ struct Verdict {
   /// The number of bytes to pass on. A vendor's submessages at the end are cut off: Fast DDS 2.9
   /// sends one (0x80, statistics) in each datagram, and a forged one terminates the process.
   std::size_t length = 0;
-  /// Edits that shorten leases to `longest_lease`, because the library stores a silent participant
-  /// until its lease ends, and sends to it all that time.
+  /// Edits that shorten leases to ParticipantLimits::longest_lease, because the library stores a
+  /// silent participant until its lease ends, and sends to it all that time.
   std::array<Edit, 4> edits{};
   std::size_t edit_count = 0;
   /// Positions of parameter ids (two bytes each) to overwrite with 0, so that the library skips the

@@ -46,8 +46,8 @@ struct Policy {
   bool (*is_asked)(const fast::ReaderQos& qos);
 };
 
-/// QoS requests of a reader that the gateway's writers do not fulfil, so DDS does not match them
-/// (DDS 1.4, 2.2.3).
+/// The QoS that the gateway's writers do not offer. DDS does not match a reader that requests one
+/// of them (DDS 1.4, 2.2.3).
 constexpr Policy kPolicies[] = {
     {"DEADLINE",
      [](const fast::ReaderQos& qos) { return qos.m_deadline.period != c_TimeInfinite; }},

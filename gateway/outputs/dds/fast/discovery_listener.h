@@ -20,9 +20,9 @@
 namespace baudgate::dds {
 
 // VolatileWriters stores which writers of one topic are volatile, i.e. store no samples for later
-// readers. Only write requests of volatile writers are carried out: a storing writer must not send
-// old samples to a new volatile reader, but Cyclone DDS 0.10 does, because Fast DDS 2.9 asks for
-// all numbers that a heartbeat contains.
+// readers. Only write requests of volatile writers are carried out, because a writer that stores
+// samples can send old requests to our new reader. Example: Fast DDS 2.9 asks for all numbers in a
+// heartbeat, and Cyclone DDS 0.10 then sends them, although our reader is volatile.
 class VolatileWriters {
  public:
   explicit VolatileWriters(std::string topic) : topic_(std::move(topic)) {}
@@ -40,9 +40,9 @@ class VolatileWriters {
   std::unordered_set<Handle, HandleHash> writers_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// UnmetReaders stores the readers whose QoS requests more than the gateway's writers offer: DDS
-// sends them nothing and reports nothing. docs/dds.md, "What a reader may ask for", lists the
-// policies.
+// UnmetReaders stores the readers whose QoS requests more than the gateway's writers offer: these
+// readers receive no samples, without any error message. docs/dds.md, "What a reader may ask for",
+// lists the policies.
 class UnmetReaders {
  public:
   /// To be called when a reader was found, has changed or has left. Any thread may call it.

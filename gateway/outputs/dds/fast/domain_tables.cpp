@@ -62,7 +62,8 @@ void ParticipantTable::Describe(const GuidPrefix& prefix, UdpAddress at, bool ow
   Participant* const known = Find(prefix);
   if (known == nullptr) return;
   known->subscribes = subscribes;
-  if (known->own && !own) return;  // the participant's own announcement is used, not a server's
+  // A server's announcement does not replace the participant's own.
+  if (known->own && !own) return;
   known->at = at;
   known->own = own;
 }
@@ -111,8 +112,6 @@ void ParticipantTable::ForgetSilent(Instant now) {
   std::erase_if(participants_, [now](const Participant& p) { return !p.Lives(now); });
 }
 
-/// Returns the entry of an address. If the table is full, it replaces the entry whose rate limit is
-/// full again first.
 ParticipantTable::Source& ParticipantTable::SourceOf(std::uint32_t address) {
   const auto at = std::ranges::find(sources_, address, &Source::address);
   if (at != sources_.end()) return *at;
@@ -180,8 +179,8 @@ std::size_t SetOf(const Guid& guid) {
   return (hash ^ (hash >> 16)) % kSets;
 }
 
-/// True if the kind of the entity, in the last byte, is 0xC…, as for discovery writers (RTPS 2.3,
-/// 9.3.1.2).
+/// True if the entity is built in, e.g. a discovery writer: its kind, the last byte, is 0xC0 or
+/// more (RTPS 2.3, 9.3.1.2).
 bool IsBuiltIn(const Guid& guid) { return (guid.back() & 0xC0) == 0xC0; }
 
 }  // namespace

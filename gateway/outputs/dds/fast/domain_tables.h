@@ -21,7 +21,8 @@ struct ParticipantLimits {
   std::size_t of_address = 128;
   /// A participant that is silent for this time is removed, even if its lease is longer.
   Duration longest_lease = 60s;
-  /// The shortest time between new participants on average. A burst of `participants` is allowed.
+  /// New participants are limited to a burst of `participants`, then one per `new_interval`; at one
+  /// address, to a burst of `of_address`, then one per `new_interval_of_address`.
   Duration new_interval = 20ms;
   Duration new_interval_of_address = 125ms;
 };
@@ -34,18 +35,20 @@ class ParticipantTable {
   /// To be called when the participant or a discovery server announces it. Returns why the
   /// participant is refused, or `none`.
   Refusal Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease, Instant now);
-  /// Describes a known participant. `at`: its address for announcements. `own`: the announcement
-  /// came from the participant itself, not from a server. `subscribes`: it may be a subscriber.
+  /// Describes a known participant. `at`: the address at which it receives announcements. `own`:
+  /// the announcement came from the participant itself, not from a server. `subscribes`: it may be
+  /// a subscriber.
   void Describe(const GuidPrefix& prefix, UdpAddress at, bool own, bool subscribes);
-  /// To be called when the participant has acknowledged an announcement of ours.
+  /// To be called when the participant has acknowledged our announcement of a writer.
   void Confirmed(const GuidPrefix& prefix);
   void Left(const GuidPrefix& prefix);
   bool Has(const GuidPrefix& prefix) { return Find(prefix) != nullptr; }
 
   std::size_t size() const { return participants_.size(); }
-  /// Returns the addresses of subscribers that have acknowledged our announcements.
+  /// Returns the addresses of the subscribers that announce themselves and have acknowledged our
+  /// announcements.
   std::vector<UdpAddress> Reached(Instant now) const;
-  /// Returns the addresses of subscribers that were announced at least kUnanswered ago and have
+  /// Returns the addresses of the subscribers that are known since kUnanswered or longer and have
   /// acknowledged nothing.
   std::vector<UdpAddress> Unanswered(Instant now) const;
   static constexpr Duration kUnanswered = 5s;
@@ -88,8 +91,8 @@ class ParticipantTable {
 struct EndpointLimits {
   std::size_t of_participant = 512;
   std::size_t all = 8192;
-  /// The shortest time between new endpoints of a participant on average. A burst of
-  /// `of_participant` is allowed.
+  /// New endpoints of a participant are limited to a burst of `of_participant`, then one per
+  /// `new_interval`.
   Duration new_interval = 10ms;
 };
 
@@ -121,12 +124,12 @@ class EndpointTable {
 
 // Limits of jumps in sequence numbers, because the DDS library counts skipped numbers one by one.
 struct WindowLimits {
-  /// How many numbers all discovery writers together are allowed to skip at once, and per second
-  /// after that. For comparison: the liveliness writer of a Cyclone DDS participant reaches about a
-  /// million in years.
+  /// All writers together may advance by `burst` numbers at once, and by `each_second` numbers per
+  /// second after that. The first number of a writer of samples is not counted. For comparison: the
+  /// liveliness writer of a Cyclone DDS participant reaches about a million in years.
   std::int64_t burst = 1 << 24;
   std::int64_t each_second = 1 << 22;
-  /// The highest first number of a writer of samples.
+  /// The highest number that is accepted as the first number of a writer of samples.
   std::int64_t first_of_samples = std::int64_t{1} << 32;
 };
 

@@ -38,7 +38,7 @@ constexpr std::size_t kInstancesPerWriter = 4096;
 
 // Events that are stored for late subscribers, of all devices together: about 60 MB.
 constexpr std::size_t kMostEvents = 100'000;
-// The most alarms that are stored; gateway/records/events stores as many.
+// The most alarms that are stored; gateway/records/events stores at most as many.
 constexpr std::size_t kMostAlarms = 10'000;
 
 std::size_t EventDepth(std::size_t devices) {
@@ -120,7 +120,6 @@ class TopicWriters {
     return topic_ != nullptr && Fill(publisher, instances, depth);
   }
 
-  /// Replaces the writers; does nothing if the topic was never opened.
   bool Reopen(fast::Publisher& publisher, std::size_t instances, std::size_t depth = 1) {
     if (topic_ == nullptr) return true;
     Clear();
@@ -269,7 +268,7 @@ class FastWriter : public SampleWriter {
   }
 
  private:
-  // participant_ uses it, so it is destroyed later.
+  // The listener is destroyed after participant_, which uses it.
   const std::unique_ptr<DiscoveryListener> listener_;
   fast::DomainParticipant* participant_;
   fast::Publisher* publisher_ = nullptr;

@@ -18,7 +18,8 @@ namespace baudgate::dds {
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
                                                        const Room& room,
                                                        const std::string& requests_for = {});
-/// As above, with space for all points and devices of `store` and the options of `config.dds`.
+/// Creates a SampleWriter with the options of `config.dds` and space for all points and devices of
+/// `store`.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
                                                        const bus::PointStore& store);
 

@@ -1,5 +1,5 @@
 // `Inbox` passes the samples of one topic from a Fast DDS reader to the subscriber's callbacks. The
-// library's threads only set a mark; the subscriber's thread takes the samples.
+// library's threads only wake the subscriber's thread, which takes the samples.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -50,8 +50,8 @@ struct HandleHash {
   }
 };
 
-/// Stores the last sample of each instance, because the end of an instance is reported without its
-/// key, and Fast DDS 2.9 cannot look up the key.
+/// Stores the last sample of each instance, because Fast DDS 2.9 reports the end of an instance
+/// without its key fields, and cannot look them up.
 template <typename Sample>
 class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
  public:
@@ -82,7 +82,8 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   }
   void on_sample_rejected(eprosima::fastdds::dds::DataReader*,
                           const eprosima::fastdds::dds::SampleRejectedStatus& status) override {
-    // Only this reason loses a sample: for other reasons, the writer sends the sample again.
+    // Only the limit of instances loses a sample: after other rejections, the writer sends it
+    // again.
     if (status.last_reason != eprosima::fastdds::dds::REJECTED_BY_INSTANCES_LIMIT) return;
     rejected_ += static_cast<std::uint64_t>(status.total_count_change);
     wake_();
@@ -145,7 +146,8 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
 
   void Take(const Sample& sample, const eprosima::fastdds::dds::SampleInfo& info) {
     if (info.valid_data) {
-      // An empty `gateway` marks a sample that could not be decoded (types.cpp).
+      // An empty `gateway` marks a sample that could not be decoded
+      // (gateway/outputs/dds/fast/types.cpp).
       if (sample.gateway.empty()) {
         ++refused_;
       } else {
@@ -204,7 +206,7 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   const Callbacks callbacks_;
   Mutex mutex_;
   std::vector<Match> matches_ BAUDGATE_GUARDED_BY(mutex_);
-  /// The reader; null until it has received samples.
+  /// Null until the first samples have arrived.
   std::atomic<eprosima::fastdds::dds::DataReader*> reader_ = nullptr;
   std::atomic<std::uint64_t> rejected_ = 0;
   std::atomic<std::uint64_t> takes_ = 0;
@@ -213,7 +215,8 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   // Only the thread that calls TakeAll uses the following members.
   std::uint64_t rejected_told_ = 0;
   std::unordered_map<Handle, Known, HandleHash> known_;
-  /// Number of writers of each participant; a large gateway has many.
+  /// Number of writers of each participant. A gateway with many points has several writers of one
+  /// topic.
   std::map<PublisherId, int> writers_;
 };
 

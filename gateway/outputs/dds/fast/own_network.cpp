@@ -91,8 +91,8 @@ int OptionOf(int descriptor, int name) {
   return ::getsockopt(descriptor, SOL_SOCKET, name, &value, &size) == 0 ? value : 0;
 }
 
-/// Returns the buffer size of the socket in bytes. The value is halved, because the kernel returns
-/// twice the requested size.
+/// Returns the size of the socket's buffer in bytes, which is half of what the kernel returns.
+/// `name`: SO_RCVBUF or SO_SNDBUF.
 int BufferOf(const Socket& socket, int name) { return OptionOf(socket.descriptor, name) / 2; }
 
 std::vector<Socket> UdpSockets() {
@@ -146,7 +146,7 @@ std::pair<int, int> GivenPorts() {
   return {32768, 60999};
 }
 
-/// False: another program uses the port and does not share it.
+/// Returns false if another program uses the port and does not share it.
 bool CanBind(const std::string& address, std::uint16_t port) {
   const int probe = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (probe < 0) return false;
@@ -194,7 +194,7 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
     const auto joined = [&](const Socket& socket) { return HasJoined(socket, interface); };
     if (std::ranges::none_of(hear, joined)) facts.unjoined.push_back(interface);
   }
-  // If all interfaces are used, some perhaps do not support multicast: failed joins are reported
+  // If all interfaces are used, some may not support multicast. Therefore failed joins are reported
   // only if no interface has joined.
   if (MeansAll(options.interfaces) && facts.unjoined.size() < used.size()) facts.unjoined.clear();
   return facts;

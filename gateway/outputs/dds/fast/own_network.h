@@ -42,7 +42,7 @@ std::optional<std::string> WhyUnused(const OwnAddresses& own, const std::string&
 //   at the start 10.0.0.5 down     later 10.0.0.5 at 2    the participant must be made again
 class InterfaceWatch {
  public:
-  /// `interfaces`: as in ParticipantOptions. `own`: the addresses when the participant was created.
+  /// `interfaces`: see ParticipantOptions. `own`: the addresses when the participant was created.
   InterfaceWatch(std::vector<std::string> interfaces, OwnAddresses own)
       : interfaces_(std::move(interfaces)), own_(std::move(own)) {}
 
@@ -88,10 +88,10 @@ struct SocketFacts {
 
 SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresses& own);
 
-/// Returns one sentence for each fault: its cause, its effect and the remedy.
 std::vector<std::string> RemarksOn(const SocketFacts& facts, const ParticipantOptions& options);
 
-/// PortWatch detects that the domain's port was used by another program and is free now.
+/// Look returns a reason to create the participant again: the domain's port was used by another
+/// program and is free now.
 class PortWatch {
  public:
   std::optional<std::string> Look(const ParticipantOptions& options, const OwnAddresses& own);

@@ -47,8 +47,8 @@ Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
   return locator;
 }
 
-/// Restricts the participant to unicast: if this list contains addresses, the library does not add
-/// the multicast group.
+/// Restricts the participant to unicast: if metatrafficUnicastLocatorList contains addresses, the
+/// library does not add the multicast group.
 void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& builtin) {
   for (const std::string& address : options.interfaces) {
     builtin.metatrafficUnicastLocatorList.push_back(LocatorOf(address));
@@ -103,8 +103,8 @@ Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
 
 constexpr char kLoopback[] = "127.0.0.1";
 
-/// Returns the addresses that `interfaces` lacks to reach a participant of this machine: loopback
-/// and `host`.
+/// A participant on this machine is reached at loopback or at `host`. Returns those of the two that
+/// `interfaces` lacks.
 std::string Missing(const std::string& host, const std::vector<std::string>& interfaces) {
   const auto lacks = [&](const std::string& address) {
     return !MeansAll(interfaces) && std::ranges::find(interfaces, address) == interfaces.end();
@@ -164,8 +164,8 @@ struct CheckedTransportDescriptor : rtps::ChainingTransportDescriptor {
 };
 
 /// A transport of Fast DDS that passes received datagrams to the library only if the gate accepts
-/// them. Datagrams are sent unchanged, one at a time. The transport also chooses the address at
-/// which a participant of this machine is reached.
+/// them. It sends datagrams unchanged. It also chooses the address at which a participant of this
+/// machine is reached.
 class CheckedTransport : public rtps::ChainingTransport {
  public:
   explicit CheckedTransport(const CheckedTransportDescriptor& descriptor)
@@ -200,7 +200,7 @@ class CheckedTransport : public rtps::ChainingTransport {
     if (!IsLocatorSupported(announced)) return false;
     reached = announced;
     if (!is_local_locator(announced) || is_locator_allowed(announced)) return true;
-    // We have no socket at this address, so the announcement of the participant came over loopback.
+    // We have no socket at this address, so the participant's announcement has come over loopback.
     IPLocator::setIPv4(reached, "127.0.0.1");
     return is_locator_allowed(reached);
   }
@@ -216,7 +216,7 @@ rtps::TransportInterface* CheckedTransportDescriptor::create_transport() const {
 
 constexpr int kLastDomain = 232;  // the ports of higher domains would be above 65535
 constexpr Duration kAnnouncements = 1300ms;
-// The limit of readers, and of writers, of each participant.
+// The most readers, and the most writers, of one participant that the library stores.
 constexpr std::size_t kEndpointsEach = 32;
 
 // Prints the library's messages to standard error, because its default, standard output, contains
@@ -263,7 +263,8 @@ Status Check(const ParticipantOptions& options) {
 }
 
 /// Returns the configured addresses that this machine has now, because the library reaches nobody
-/// if the list contains an address that the machine does not have. An error if no address is left.
+/// if the list contains an address that the machine does not have. Returns an error if no address
+/// is left.
 Result<std::vector<std::string>> Present(const std::vector<std::string>& interfaces) {
   const OwnAddresses own = FindOwnAddresses();
   std::vector<std::string> present;
@@ -312,8 +313,8 @@ Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos
   if (!options.peers.empty()) udp->maxInitialPeersRange = kParticipantsOfPeer;
   transport.user_transports.push_back(
       std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options, *security)));
-  // The library's own limits apply if the check accepts too many participants. They include our
-  // participant.
+  // The library's own limits apply if the gate lets in too many participants. Our own participant
+  // counts.
   auto& places = qos.allocation();
   places.participants.maximum = options.participants + 1;
   places.readers.maximum = places.writers.maximum = kEndpointsEach;

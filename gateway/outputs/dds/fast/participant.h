@@ -22,8 +22,8 @@ namespace baudgate::dds {
 
 /// Returns a sentence about a participant that announces itself and acknowledges nothing. `host`:
 /// its address. `on_this_machine`: `host` is an address of this machine. `interfaces`: addresses
-/// that our participant uses. Background: another Fast DDS on this machine sends to loopback if it
-/// uses loopback, and never to an address of the machine that it does not use itself.
+/// that our participant uses. Background: another Fast DDS on this machine that uses loopback sends
+/// to us over loopback, and it sends to no address of this machine that it does not use itself.
 std::string UnansweredRemark(const std::string& host, bool on_this_machine,
                              const std::vector<std::string>& interfaces);
 
@@ -34,15 +34,15 @@ Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
     const ParticipantOptions& options,
     eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr, Role role = Role::any);
 
-/// True if the list is empty or contains 0.0.0.0.
+/// True if `interfaces` means all interfaces: it is empty or contains 0.0.0.0.
 bool MeansAll(const std::vector<std::string>& interfaces);
 
 /// Returns the counts of received UDP datagrams. Any thread may call it.
 DatagramCounters DatagramsOf(const eprosima::fastdds::dds::DomainParticipant& participant);
 
 /// Returns the matched subscribers, and remarks: a sentence for each address of dds.interfaces that
-/// is gone and for each subscriber that does not acknowledge. With DDS Security, the latter are
-/// left out, because strangers get no answer.
+/// is gone and for each subscriber that does not acknowledge. With DDS Security, the silent
+/// subscribers are left out, because a participant that is not authenticated gets no answer.
 Neighbours NeighboursOf(const eprosima::fastdds::dds::DomainParticipant& participant,
                         const ParticipantOptions& options);
 

@@ -23,7 +23,7 @@ TakingThread::TakingThread(std::function<Duration()> round)
   worker_.Start();
 }
 
-/// Wakes the thread. During a rest the wake-up takes effect when the rest is over.
+/// If the thread rests (RestAfter), it takes samples only after the rest.
 void TakingThread::Wake() {
   if (!work_.exchange(true)) worker_.Wake();
 }
@@ -95,8 +95,8 @@ struct DdsSubscriber::Impl {
             OpenReader(NewAlarmType(), kAlarmTopic, kAlarmsOfAllGateways, &alarms));
   }
 
-  /// Takes all samples; those of gateways first, because the `seq` of other samples counts from the
-  /// start of their gateway.
+  /// Takes all samples, those of gateways first: they contain the start of the gateway, from which
+  /// the `seq` of a point's samples counts.
   Duration TakeAll() {
     Duration busy = gateways.TakeAll();
     busy += points.TakeAll();

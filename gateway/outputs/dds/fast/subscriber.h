@@ -15,12 +15,12 @@
 
 namespace baudgate::dds {
 
-// TakingThread is the thread on which a subscriber takes its samples. The thread rests after each
-// take, because Fast DDS 2.9 walks through all instances with every take: without rests, the thread
-// could not keep up.
+// TakingThread is the thread on which a subscriber takes its samples. It rests after each take,
+// because each take makes Fast DDS 2.9 walk through all instances: without rests, the thread could
+// not keep up.
 
-/// Returns the rest after a take: nine times the duration of the take, at most 50 ms. So a few
-/// points are taken at once, and thousands of points in batches.
+/// Returns the rest after a take: nine times the duration of the take, at most 50 ms. So samples of
+/// a few points are taken immediately, and those of thousands of points in batches.
 Duration RestAfter(Duration round);
 
 class TakingThread {
@@ -58,8 +58,8 @@ struct SubscriberOptions {
 /// during the call.
 struct SubscriberCallbacks {
   std::function<void(const PointSample&, const Origin&)> on_point;
-  /// Called when a point is gone. Of the sample, only the key is valid; its other fields are those
-  /// of the last sample.
+  /// Called when a point is gone. Only the sample's key is valid; its other fields are those of the
+  /// last sample.
   std::function<void(const PointSample&, Gone)> on_point_gone;
   std::function<void(const DeviceSample&, const Origin&)> on_device;
   std::function<void(const DeviceSample&, Gone)> on_device_gone;
@@ -67,7 +67,8 @@ struct SubscriberCallbacks {
   std::function<void(const GatewaySample&, const Origin&)> on_gateway{};
   std::function<void(const GatewaySample&, Gone)> on_gateway_gone{};
   std::function<void(int gateways)> on_gateways;
-  /// Called when a publisher of points has left, or was silent for its lease.
+  /// Called when the last writer of a participant that publishes points has left, or was silent for
+  /// its lease.
   std::function<void(const PublisherId&)> on_publisher_left;
   /// Called with the number of samples of points that were lost so far because max_instances is too
   /// small.

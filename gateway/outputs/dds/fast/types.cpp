@@ -213,7 +213,7 @@ class SampleType : public TopicDataType {
     auto& sample = *static_cast<Sample*>(data);
     if (Decode({payload->data, payload->length}, sample)) return true;
     // A take of several samples returns this sample although it could not be decoded (Fast DDS
-    // 2.9). An empty `gateway` marks it, so that Inbox drops it.
+    // 2.9). An empty `gateway` marks it, so that gateway/outputs/dds/fast/inbox.h drops it.
     sample = Sample{};
     return false;
   }

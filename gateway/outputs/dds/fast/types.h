@@ -18,8 +18,9 @@ inline eprosima::fastrtps::Duration_t DdsTime(Duration duration) {
           static_cast<std::uint32_t>((duration % 1s) / 1ns)};
 }
 
-/// The key hash of a sample, as every DDS vendor computes it from baudgate.idl (RTPS 9.6.3.8): the
-/// MD5 of the key fields in big-endian CDR, because the key can be longer than 16 bytes.
+/// The key hash of a sample, as every DDS vendor computes it from gateway/outputs/dds/baudgate.idl
+/// (RTPS 9.6.3.8): the MD5 of the key fields in big-endian CDR, because the key can be longer than
+/// 16 bytes.
 using KeyHash = std::array<std::uint8_t, 16>;
 /// HashKey is instantiated for all samples of gateway/outputs/dds/published_types.h.
 template <typename Sample>

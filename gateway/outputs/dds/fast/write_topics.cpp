@@ -18,17 +18,18 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-// The most client names in requests, to all gateways. The library stores a name while a writer with
-// this name exists.
+// The most DDS instances of requests, to all gateways; each client name is an instance. The library
+// stores an instance while a writer of it exists.
 constexpr int kNamesOfRequests = 4096;
-// The most client names in replies of this gateway. The library stores them until the writer is
-// deleted.
+// The most client names in replies of this gateway. The library stores a name until the writer of
+// replies is deleted.
 constexpr int kNamesOfReplies = 1024;
-// Samples that are stored for each name. Requests are taken at once, so several are stored only if
-// one datagram contains several.
+// The most samples that are stored for each client name. Requests are taken as soon as they arrive,
+// so several are stored only if one datagram contains several.
 constexpr int kSamplesEach = 4;
 
-/// Returns a QoS with all limits set (see WriterQos in gateway/outputs/dds/fast/fast_writer.cpp).
+/// Returns a QoS with all limits set, because the defaults of Fast DDS are too low (WriterQos in
+/// gateway/outputs/dds/fast/fast_writer.cpp).
 template <typename Qos>
 Qos Bounded(fast::DurabilityQosPolicyKind durability, int names) {
   Qos qos;
@@ -87,8 +88,8 @@ void WriteTopics::OnRequest(SampleWriter::TakeRequest take) {
   take_ = std::move(take);
 }
 
-/// Writes a reply. If the writer has no space for a new client name, it is replaced by a new writer
-/// without stored replies.
+/// Writes a reply. If the writer accepts no reply, e.g. because it has no space for a new client
+/// name, it is replaced by a new writer without stored replies.
 Sent WriteTopics::Write(const ReplySample& reply) {
   if (writer_ != nullptr && TryWrite(reply)) return Sent::yes;
   if (writer_ != nullptr) publisher_->delete_datawriter(writer_);
@@ -120,8 +121,8 @@ void WriteTopics::on_data_available(fast::DataReader* reader) {
     const Now now = ReadClocks();
     arrival.received = now.instant;
     arrival.published = WallTime(Duration(info.source_timestamp.to_ns()));
-    // The time when the reader was opened is computed with the steady clock, so that setting the
-    // wall clock makes no difference.
+    // The age of the reader is measured with the steady clock, so that setting the wall clock does
+    // not change it.
     arrival.early = arrival.published < now.wall - (now.instant - opened_.load());
     const MutexLock lock(mutex_);
     if (take_) take_(arrival);

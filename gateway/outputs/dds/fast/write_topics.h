@@ -1,5 +1,6 @@
 // `WriteTopics` contains the DDS reader of write requests to one gateway, and the writer of the
-// replies. Requests that were published before the reader existed are marked as early.
+// replies. Requests that were published before the reader existed are marked as early
+// (WriteArrival).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,12 +28,12 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
 
   void OnRequest(SampleWriter::TakeRequest take);
   Sent Write(const ReplySample& reply);
-  /// Returns the number of dropped requests: while the library had no space, and after that until
-  /// Renew.
+  /// Returns the number of dropped requests. Requests are dropped when the library has no space for
+  /// them, and from then on until Renew.
   std::uint64_t dropped() const { return dropped_; }
-  /// Replaces the reader if the library had no space. A reader without space holds requests back
-  /// and delivers them later, so all requests are dropped until there is a new reader, which never
-  /// gets old requests. To be called regularly, by one thread.
+  /// Replaces the reader if the library had no space for a request. The old reader would deliver
+  /// requests too late, so they are dropped until there is a new reader, which gets only new
+  /// requests. To be called regularly, by one thread.
   void Renew();
 
  private:
@@ -50,9 +51,9 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
   eprosima::fastdds::dds::Topic* replies_ = nullptr;
   eprosima::fastdds::dds::Topic* requests_ = nullptr;
-  eprosima::fastdds::dds::DataWriter* writer_ = nullptr;  ///< writer of replies
-  eprosima::fastdds::dds::DataReader* reader_ = nullptr;  ///< reader of requests
-  std::atomic<Instant> opened_ = Instant{};               ///< when `reader_` was created
+  eprosima::fastdds::dds::DataWriter* writer_ = nullptr;
+  eprosima::fastdds::dds::DataReader* reader_ = nullptr;
+  std::atomic<Instant> opened_ = Instant{};  ///< time when `reader_` was created
   std::atomic<bool> full_ = false;
   std::atomic<std::uint64_t> dropped_ = 0;
   Mutex mutex_;

@@ -21,7 +21,7 @@ namespace baudgate::dds {
 class BoundedLines {
  public:
   static constexpr std::size_t kLongest = 500;  ///< in bytes; the rest of a longer line is dropped
-  static constexpr std::size_t kMost = 20;      ///< lines per kPeriod; further lines are counted
+  static constexpr std::size_t kMost = 20;      ///< most lines per kPeriod; more are only counted
   static constexpr Duration kPeriod = 10s;
 
   std::vector<std::string> Add(std::string_view bytes, Instant now);

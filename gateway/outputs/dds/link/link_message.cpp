@@ -22,7 +22,8 @@ constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr std::uint32_t kMostEventDevices = 1'000'000;
 constexpr int kLastDomain = 232;
-// Bytes before the sample: participant, entity, time of arrival, time of publication, flags.
+// Bytes of the message `request` before its sample: participant, entity, time of arrival, time of
+// publication, flags.
 constexpr std::size_t kArrivalBytes = 12 + 4 + 8 + 8 + 1;
 // The counts of subscribers in the order of the message.
 constexpr std::uint32_t Subscribers::*kReaders[] = {&Subscribers::points, &Subscribers::devices,
@@ -145,15 +146,12 @@ auto FilesOf(Security& security) {
                     &security.permissions};
 }
 
-/// Writes the number of files and their paths; if security is off, only the number 0.
 void PutSecurity(Bytes& to, const config::DdsSecurity& security) {
   to.push_back(security.on() ? kSecurityFiles : 0);
   if (!security.on()) return;
   for (const std::string* file : FilesOf(security)) PutText(to, file->substr(0, kMaxPath));
 }
 
-/// Reads the paths. False if the number of files is neither 0 nor kSecurityFiles, or the path of
-/// the identity is empty.
 bool TakeSecurity(Fields& fields, config::DdsSecurity& security) {
   const auto count = fields.Number<std::uint8_t>();
   if (count == 0) return true;

@@ -1,6 +1,7 @@
 // `EncodeSample`, `ParseLink` and others encode and decode the messages between the gateway and
 // baudgate-dds. Each packet of the SOCK_SEQPACKET socket between them is one message.
-// process_link.h and link_server.h send and receive the messages.
+// gateway/outputs/dds/link/process_link.h and gateway/outputs/dds/link/link_server.h send and
+// receive the messages.
 // SPDX-License-Identifier: Apache-2.0
 //
 //   02 07 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
@@ -43,7 +44,9 @@ enum class LinkKind : std::uint8_t {
   failed = 65,   ///< answer to `open`: DDS could not be opened; a sentence with what to change
   counts = 66,   ///< LinkCounts: sent after a change, and once a second as a sign of life
   request = 67,  ///< a write request from a client
-  left = 68,     ///< answer to `end`: subscribers have acknowledged everything, also events
+  /// Answer to `end`: readers of events are connected, and subscribers have acknowledged
+  /// everything.
+  left = 68,
 };
 
 struct LinkOpen {
@@ -59,7 +62,7 @@ struct LinkCounts {
   std::uint64_t written = 0;  ///< samples that the library accepted
   /// Samples of points, devices and the gateway that the library did not accept.
   std::uint64_t refused = 0;
-  std::uint64_t dropped = 0;  ///< write requests that found the queue full
+  std::uint64_t dropped = 0;  ///< write requests that came too fast or found no space
   /// Events and alarms that were lost: the library did not accept them, and the retry queue was
   /// full.
   std::uint64_t events_dropped = 0;
@@ -78,8 +81,8 @@ Bytes EncodeBare(LinkKind kind);  ///< for `end`, `opened` and `left`, which hav
 /// than its bounds or `to` is shorter than kMaxLinkMessage.
 template <typename Sample>
 std::size_t EncodeSample(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to);
-/// Returns an empty packet if the request is longer than its bounds. `received` can be sent
-/// unchanged, because both processes use the clock of this machine.
+/// Returns an empty packet if the request is longer than its bounds. `received`, a time of the
+/// steady clock, is sent unchanged, because both processes run on this machine.
 Bytes EncodeRequest(const WriteArrival& arrival);
 
 struct LinkMessage {

@@ -11,19 +11,20 @@ namespace baudgate::dds {
 namespace {
 
 constexpr Duration kSignOfLife = 1s;
-// Shortest interval of counts, when they change all the time.
+// Shortest interval between two messages `counts` while the counts change.
 constexpr Duration kAtMostEvery = 100ms;
-// Time for four repetitions of lost samples: a subscriber requests them after a heartbeat, and
-// heartbeats are 100 ms apart.
+// Time for four repetitions of lost samples: a subscriber requests lost samples after a heartbeat,
+// and heartbeats are 100 ms apart.
 constexpr Duration kAcknowledgeTime = 400ms;
 constexpr Duration kEventRetry = 1s;
 // Time in which the programs of subscribers take the last samples. Their DDS library acknowledges a
 // sample before the program takes it, and drops samples that were not taken when the writer leaves.
 constexpr Duration kTakingTime = 150ms;
-constexpr std::size_t kMostEvents = 1000;  // most events that wait for a retry, and most alarms
-// Leave spreads the final samples over this time: a burst would overflow the socket of a subscriber
-// that waits for the processor, and repetitions can take longer than Leave waits. Example: 1,000
-// points take 0.2 s; from 10,000 points on the rate is the usual one.
+// Most events, and most alarms, that wait for a retry.
+constexpr std::size_t kMostEvents = 1000;
+// Leave spreads the final samples over about this time: a burst would overflow the socket of a
+// subscriber that waits for the processor, and repetitions can take longer than Leave waits.
+// Examples: 1,000 points take 0.2 s; 10,000 points and more are sent at the usual rate, 20 per ms.
 constexpr Duration kTellingTime = 500ms;
 constexpr Duration kShortestInterval = 50us;
 constexpr Duration kLongestInterval = 200us;
@@ -144,7 +145,7 @@ Status LinkServer::Publish(View body, Sample& sample) {
 }
 
 /// Publishes an event or alarm. If the library does not accept it, it is queued for a retry,
-/// because no heartbeat repeats it.
+/// because the gateway sends it only once.
 template <typename Sample>
 Status LinkServer::PublishOnce(View body, std::deque<Sample>& held) {
   Sample sample;

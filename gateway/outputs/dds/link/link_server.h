@@ -58,14 +58,14 @@ class LinkServer {
   /// The latest encoded sample of each point, by device + NUL + point. A point with quality
   /// bad_not_connected has no entry, because Leave need not publish it.
   std::unordered_map<std::string, Bytes> latest_;
-  std::optional<Pacer> end_pacer_;  // empty: Leave has not been called yet
+  std::optional<Pacer> end_pacer_;
   std::optional<Instant> leave_by_;
   bool acknowledged_ = false;
   std::optional<Instant> closes_at_;
   PointSample point_;  ///< a member to reuse its memory
   DeviceSample device_;
   GatewaySample gateway_;
-  /// Events that the library has not accepted yet, in their order.
+  /// Events and alarms that the library has not accepted yet, in their order.
   std::deque<EventSample> events_;
   std::deque<AlarmSample> alarms_;
   Instant events_retry_{};

@@ -20,7 +20,7 @@ struct LinkState {
     waiting,
   };
   Phase phase = Phase::waiting;
-  bool opened = false;  ///< the process has opened DDS
+  bool opened = false;  ///< the present process has opened DDS
   Instant heard{};      ///< time of the process's last message
   std::string reason;   ///< why the last process ended, e.g. "was ended by signal 6"
   /// In the state `waiting`: the time when the gateway starts the next process; nothing: another
@@ -32,7 +32,7 @@ struct LinkState {
   std::uint64_t refused = 0;  ///< samples that the library did not accept, by all processes so far
   /// Write requests that were handled; empty: writing over DDS is not allowed.
   std::optional<std::uint64_t> requests{};
-  std::uint64_t requests_dropped = 0;  ///< write requests that came too fast
+  std::uint64_t requests_dropped = 0;  ///< write requests that came too fast or found no space
   /// Events that were published; empty: no device has events.
   std::optional<std::uint64_t> events{};
   std::uint64_t events_skipped = 0;  ///< events that were lost before they could be published

@@ -52,9 +52,9 @@ ReceivedPacket ReceivePacket(int socket, PacketBuffer& buffer);
 /// Returns both sockets of a connected pair. All descriptors made here are non-blocking and closed
 /// at exec.
 Result<std::pair<Descriptor, Descriptor>> MakePacketPair();
-/// Returns a listening socket at `path`, and replaces a file on which no process listens. The owner
-/// of the file and the members of `group` can connect; if there is no such group, the members of
-/// the process's group.
+/// Returns a listening socket at `path`, and replaces a socket file to which it cannot connect. The
+/// owner of the file and the members of `group` can connect; if there is no such group, the members
+/// of the process's group.
 Result<Descriptor> ListenAt(const std::string& path, const std::string& group);
 Result<Descriptor> ConnectTo(const std::string& path);
 

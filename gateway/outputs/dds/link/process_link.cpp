@@ -99,7 +99,7 @@ namespace {
 // ms for acknowledgement, gives subscribers 150 ms to take the samples, and deletes its
 // participant.
 constexpr Duration kGoodbye = kEndTime + 550ms;
-constexpr Duration kRoomPause = 5ms;  // pause before a retry when the socket is full
+constexpr Duration kRoomPause = 5ms;
 
 }  // namespace
 
@@ -123,7 +123,8 @@ Sent LinkWriter::SendHeld(std::size_t size) {
     case PacketSent::yes:
       return Sent::yes;
     case PacketSent::full:
-    // The thread that reads the socket detects this too, and calls Detach.
+    // If the process has closed the socket, ProcessLink notices it when it reads the socket, and
+    // calls Detach.
     case PacketSent::closed:
       break;
   }
@@ -236,7 +237,8 @@ namespace {
 constexpr Duration kReapTime = 300ms;
 constexpr int kMostPacketsAtOnce = 100;
 constexpr std::size_t kMostTold = 100;
-// The greatest age of a request, far beyond any deadline: a wrong `received` must not overflow.
+// The greatest possible age of a request, far longer than any deadline: a wrong `received` must not
+// overflow.
 constexpr Duration kOldest = 1h;
 
 Instant Clock() { return ReadClocks().instant; }
@@ -291,7 +293,8 @@ Instant ProcessLink::Round(bool last) {
     Act(Clock());
     Publish(before);
     Wait();
-    return {};  // call Round again at once
+    // Round must be called again immediately.
+    return {};
   }
   writer_->Detach();
   socket_.Close();

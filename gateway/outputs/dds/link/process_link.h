@@ -39,12 +39,13 @@ class LinkKeeper {
   static constexpr Duration kSilent = 2s;
   static constexpr Duration kGivenUp = 10s;
   static constexpr Duration kOpening = 1min;
-  /// After this time a process has found all running subscribers.
+  /// A process that has run for this time has found all running subscribers.
   static constexpr Duration kYoung = 15s;
 
   /// `starts` true: the gateway starts the process. The first start is immediate; after the process
-  /// has ended, the next start is 0.1, 0.5, 1, 2, 5, 10, 10 … s later, and 0.1 s again if the
-  /// process has run for a minute. `starts` false: another program starts it.
+  /// has ended, the next start is 0.1, 0.5, 1, 2, 5, 10, 10 … s later. If the process has opened
+  /// DDS and run for a minute, the next start is 0.1 s later. `starts` false: another program
+  /// starts the process.
   explicit LinkKeeper(bool starts) : starts_(starts) {}
 
   Wish Look(Instant now);
@@ -97,7 +98,7 @@ class LinkWriter : public SampleWriter {
   void OnSession(const std::function<void()>& changed) override;
   void OnRequest(TakeRequest take) override;
 
-  /// Returns the message `open` for the next process, with the Room of the latest Reopen.
+  /// Returns the message `open` for the next process, with the Room of the latest call of Reopen.
   LinkOpen open() const;
   /// Sends samples to `socket` from now on; the caller keeps it open until Detach. A second call
   /// with the same socket means that the process has replaced its writers.
@@ -107,7 +108,6 @@ class LinkWriter : public SampleWriter {
   /// To be called when subscribers have acknowledged everything and the process exits.
   void SetLeft();
   void HandOn(WriteArrival arrival) const;
-  /// True after WaitAcknowledged was called.
   bool ending() const;
 
  private:
@@ -125,8 +125,8 @@ class LinkWriter : public SampleWriter {
   bool ending_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool left_ BAUDGATE_GUARDED_BY(mutex_) = false;
   /// True while the process replaces its writers and has not answered yet. Nothing is sent
-  /// meanwhile, because the new session repeats the oldest events, so events would arrive out of
-  /// order.
+  /// meanwhile: after the answer the publisher sends old events again, so an event that is sent now
+  /// would arrive out of order.
   bool reopening_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable Mutex telling_;

@@ -47,7 +47,7 @@ std::string Diagnose(const dds::LinkState& state, Instant now) {
   return text + times;
 }
 
-/// Returns the counts as text, e.g. "let in 12345 datagrams, refused 40: 38 fragments, 2 broken
+/// Returns the counts as text, e.g. "accepted 12345 datagrams, refused 40: 38 fragments, 2 broken
 /// parameter lists"; empty: no datagram was received.
 std::string DatagramText(const dds::DatagramCounters& datagrams) {
   const std::uint64_t all = datagrams.AllRefused();

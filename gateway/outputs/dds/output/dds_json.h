@@ -9,8 +9,8 @@
 
 namespace baudgate::dds {
 
-/// Returns the fields that docs/status-reference.md describes. `advice` contains a sentence for
-/// each fault.
+/// Returns the fields that docs/status-reference.md describes. The field "advice" contains a
+/// sentence for each fault.
 nlohmann::ordered_json DdsJson(int domain, const dds::LinkState& state, Instant now);
 
 }  // namespace baudgate::dds

@@ -38,8 +38,8 @@ class DdsOutput final : public outputs::Output {
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.others = config.dds.enabled ? std::size_t(64) : 0};
   }
-  /// Returns the name under which the progress of DDS is stored (OutputRow::consumer); empty: DDS
-  /// is off.
+  /// Returns the name under which the last event that DDS has sent is stored (OutputRow::consumer);
+  /// empty: DDS is off.
   static std::string Consumer(const config::Config& config) {
     return config.dds.enabled ? EventSamples::kConsumer : "";
   }
@@ -67,7 +67,7 @@ class DdsOutput final : public outputs::Output {
 
   Links links_;
   int domain_ = 0;
-  std::unique_ptr<dds::ProcessLink> link_;  // null: DDS is off
+  std::unique_ptr<dds::ProcessLink> link_;
   std::unique_ptr<dds::DdsWrites> writes_;
   std::unique_ptr<dds::DdsPublisher> publisher_;
 };

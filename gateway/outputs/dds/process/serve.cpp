@@ -75,7 +75,8 @@ constexpr int kDenied[] = {SYS_execve,
                            SYS_setuid,
                            SYS_setgid};
 
-/// x86-64 has a second set of numbers for the same system calls (x32), which begins at this number.
+/// x86-64 has a second set of numbers for the same system calls (x32). It begins at this number, so
+/// this number and all higher ones are refused.
 constexpr std::uint32_t kOtherNumbers = 0x40000000;
 constexpr std::uint32_t kRefuse = SECCOMP_RET_ERRNO | EPERM;
 
@@ -108,8 +109,8 @@ class Filter {
   std::vector<sock_filter> code_;
 };
 
-/// Adds instructions that refuse the system call `call` by its first argument: if `wanted`, any
-/// argument but `value`; else the argument `value`.
+/// Adds instructions that decide about the system call `call` by its first argument. `wanted` true:
+/// all arguments except `value` are refused; false: only `value` is refused.
 void JudgeArgument(Filter& filter, long call, std::uint32_t value, bool wanted) {
   filter.SkipUnless(static_cast<std::uint32_t>(call), 4);
   filter.Load(offsetof(seccomp_data, args));  // the lower half of the argument
@@ -220,7 +221,7 @@ Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp&
     if (!SendRequests(link, server, held)) return leave(ServeEnd::closed);
     const Instant now = ReadClocks().instant;
     if (const auto answer = server.Answer(now)) {
-      // If the socket is full, this answer is lost; the next answer contains the counts again.
+      // If the socket is full, this answer is lost. Counts are sent again with the next answer.
       if (SendPacket(link.get(), *answer) == PacketSent::closed) return leave(ServeEnd::closed);
     }
     if (now >= next_alive) {

@@ -57,10 +57,10 @@ class WakeUp {
   Descriptor event_;
 };
 
-/// Serves until the link ends, then publishes all points as not connected. An error is a fault of
-/// the link; the gateway then restarts the process, so nothing is published. `alive` is called at
-/// least once a second, on the thread that reads the link; its error ends the link. The owner of
-/// `server` must ring `wake` when there is a write request.
+/// Serves until the link ends, then publishes all points as not connected. After an error, which is
+/// a fault of the link or comes from `alive`, nothing is published, because the gateway restarts
+/// the process. `alive` is called at least once a second, on the thread that reads the link. The
+/// owner of `server` must ring `wake` when there is a write request.
 Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
                        const std::function<Status()>& alive);
 

@@ -62,8 +62,8 @@ Result<Submessage> Next(View datagram, std::size_t& at) {
   return submessage;
 }
 
-/// True for the announcement of a participant. The reader is checked too, because a DDS library may
-/// dispatch by the reader and not by the writer.
+/// True for the announcement of a participant. The reader is also checked, because a DDS library
+/// may dispatch by the reader and not by the writer.
 bool IsAnnouncement(const Submessage& submessage) {
   if (submessage.id != kData) return false;
   const RtpsFields body(submessage.body, submessage.little());
@@ -91,8 +91,7 @@ Result<Found> Find(View datagram) {
   return found;
 }
 
-/// The content of the DATA submessage: its parameters, their offset, and whether the participant
-/// leaves.
+/// The content of the DATA submessage. `at`: offset of the payload in the body.
 struct Content {
   Parameters said;
   std::size_t at = 0;

@@ -36,9 +36,9 @@ std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t
 std::string HostOf(const UdpAddress& at);
 std::string Text(const UdpAddress& at);
 
-/// The role of a participant, which it sends as user data. Participants with the same role are not
-/// announced to each other, because they exchange nothing: among 100 gateways, 9,900 announcements
-/// would be sent.
+/// The role of a participant, which it sends as user data. Participants that both publish or both
+/// subscribe are not announced to each other, because they exchange nothing: 100 gateways would
+/// cause 9,900 useless announcements.
 enum class Role : std::uint8_t { any, publishes, subscribes };
 
 std::string_view UserDataOf(Role role);
@@ -51,7 +51,7 @@ struct Announcement {
   Role role = Role::any;     ///< `any` also for participants of other programs than baudgate
   Duration lease{};
   Bytes datagram;           ///< RTPS header, time stamp and the announcement; nothing else
-  std::size_t said_at = 0;  ///< position of the participant's parameters in `datagram`
+  std::size_t said_at = 0;  ///< position of the announcement's payload in `datagram`
 
   View said() const { return View(datagram).subspan(said_at); }
 };

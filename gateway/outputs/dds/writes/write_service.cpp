@@ -51,8 +51,8 @@ constexpr char kLasting[] =
     "the writer of requests is not volatile, so old requests could be delivered; set its "
     "durability to volatile";
 
-/// An upper limit of the time to the deadline: longer than any deadline, and short enough for the
-/// addition below not to overflow.
+/// A not_after_ns that is farther ahead has no effect, because it is later than any deadline_ms.
+/// The limit prevents that the addition below overflows.
 constexpr Duration kMostAhead = 24h;
 
 Duration PatienceOf(const RequestSample& request) {
@@ -61,8 +61,8 @@ Duration PatienceOf(const RequestSample& request) {
                                   : std::min(wanted, WriteService::kMostPatience);
 }
 
-/// Returns the earlier of deadline_ms and not_after_ns as a time of the steady clock; it cannot
-/// overflow, whatever the wall clock shows.
+/// Returns the earlier of deadline_ms and not_after_ns as a time of the steady clock. The
+/// calculation cannot overflow, whatever the wall clock shows.
 Instant DeadlineOf(const WriteArrival& arrival, Now now) {
   const RequestSample& request = arrival.request;
   const Instant deadline = arrival.received + PatienceOf(request);
@@ -77,9 +77,9 @@ std::uint32_t Microseconds(Duration duration) {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
 }
 
-/// Returns why the request is too old; nothing: the request is not too old. The check is needed
-/// because the DDS library can deliver requests from before the start of this gateway. It assumes
-/// that the client's clock is right.
+/// Returns why the request is too old or of unknown age; nothing: it is new enough. The check is
+/// needed because the DDS library can deliver requests from before the start of this gateway. It
+/// assumes that the client's clock is right.
 std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) {
   constexpr char kAdvice[] = "; is the client's clock right? If it still applies, use a new seq";
   if (arrival.published <= WallTime())
@@ -104,7 +104,8 @@ Value Asked(const RequestSample& request) {
   return request.value;
 }
 
-/// The number of the writer is 0, because a DDS client makes no selections that would need one.
+/// The number of the connection is 0: it only identifies who has selected a point, and DDS clients
+/// select none.
 bus::Writer WriterOf(const WriteArrival& arrival) { return {"dds:" + Text(arrival.writer), 0}; }
 
 }  // namespace
@@ -233,7 +234,7 @@ void WriteService::Reply(const Ticket& ticket, const bus::RequestAnswer& answer)
 
 namespace {
 
-// If the library has no space for a reply, the reply is sent again after this pause.
+// If the socket to baudgate-dds is full, a reply is sent again after this pause.
 constexpr Duration kReplyPause = 10ms;
 // The most replies that wait; beyond this number the oldest reply is dropped, and its client
 // repeats the request.
@@ -251,8 +252,8 @@ struct DdsWrites::Mail {
     const MutexLock lock(mutex);
     if (worker != nullptr) worker->Wake();
   }
-  /// Stores a result for the service's thread. `ended` is bounded, because the RequestBook limits
-  /// the number of requests in progress.
+  /// Stores a result for the service's thread. The vector `ended` needs no limit, because
+  /// RequestBook limits the number of requests in progress.
   void Add(WriteService::Ticket ticket, const WriteResult& result) {
     const MutexLock lock(mutex);
     if (worker == nullptr) return;

@@ -87,7 +87,7 @@ class WriteService {
   const Answer answer_;
   const Ended ended_;
   std::unordered_map<std::string, std::uint32_t> devices_;
-  std::uint32_t known_ = 0;  ///< the number of the store's devices that devices_ contains
+  std::uint32_t known_ = 0;  ///< devices_ contains the devices 0…known_-1 of the store
   bus::RequestBook book_;
   std::atomic<std::uint64_t> taken_ = 0;
 };
