@@ -33,7 +33,8 @@ Response JsonResponse(const Json& json) {
   return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-/// Converts an answer of the control socket to an HTTP answer. An error gets its HTTP status.
+/// Converts an answer of the control socket to an HTTP answer. An error becomes a problem with the
+/// fitting HTTP status.
 Response ResponseOf(std::string answer) {
   if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
   const Json json = Json::parse(answer, nullptr, false);
@@ -74,7 +75,7 @@ Response StreamResponse(std::shared_ptr<Stream> stream) {
   Response response;
   response.type = "text/event-stream";
   response.stream = std::move(stream);
-  // Else nginx would withhold the first 4 KB.
+  // Without this header, nginx would withhold the first 4 KB of a stream.
   response.headers.emplace_back("X-Accel-Buffering", "no");
   return response;
 }
@@ -291,7 +292,8 @@ Json RowsJson(const history::Chart& chart) {
 
 }  // namespace
 
-/// A CSV table that is read from the disk page by page, as fast as the client receives it.
+/// A CSV table of the history. It is read from the disk page by page, as fast as the client
+/// receives it.
 class PastApi::Download final : public Stream, public std::enable_shared_from_this<Download> {
  public:
   Download(std::weak_ptr<PastApi*> api, asio::io_context& io, Json ask)
@@ -400,7 +402,7 @@ Response PastApi::History(const Request& request, Now now) {
   if (query.since >= query.until || query.until - query.since > kMost || query.since < 0) {
     return Problem(400, "'since_ms' must be before 'until_ms', by at most twenty years");
   }
-  // The answer of the control socket contains the reason why a point has no history.
+  // If there is no history, the answer to the control command "history" contains the reason.
   const auto gateway = handler_.gateway();
   if (!gateway->info.history)
     return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));

@@ -54,7 +54,8 @@ bool Connections::Begin(Id id, Instant now) {
   }
   const bool fits =
       busy < limits_.connections && (IsLoopbackPeer(peer) || of_address < limits_.of_address);
-  found->second.state = Connection::State::answered;  // a refusal with 503 is an answer as well
+  // A request that does not fit is answered as well, with 503.
+  found->second.state = Connection::State::answered;
   found->second.since = now;
   return fits;
 }
@@ -159,8 +160,8 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
 
 Status HttpServer::Impl::Start(transports::ListenSocket socket) {
   const int listening = socket.Release();
-  // The library's limit is greater than at_all, so that a client beyond at_all gets 503 instead of
-  // waiting without an answer.
+  // The library's limit is greater than Limits::at_all, so that a further client gets 503 instead
+  // of waiting without an answer.
   const auto most = static_cast<unsigned>(limits_.at_all * 2);
   daemon_ = MHD_start_daemon(
       MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, nullptr,

@@ -1,6 +1,6 @@
 // `HttpServer` serves HTTP on one port: libmicrohttpd with one thread and epoll. Requests are
-// passed to a handler, which can answer later and on any thread; the connection is suspended
-// meanwhile. A slow reader cannot delay others: the kernel's buffer for each connection is small,
+// passed to a handler, which can answer later and on any thread; the connection is suspended until
+// then. A slow reader cannot delay other clients: the kernel's buffer for each connection is small,
 // and a client that accepts no byte for five seconds is disconnected. No lock is held while bytes
 // are sent. `Connections` decides which connections may stay open.
 // SPDX-License-Identifier: Apache-2.0
@@ -28,19 +28,21 @@ struct Limits {
   /// Connections of one client address that are answered at the same time. 127.0.0.1 has only the
   /// limit `connections`, because proxies run there.
   std::size_t of_address = 64;
-  /// Connections that are open at the same time. Beyond this number, the one that has waited
-  /// longest for its next request is closed.
+  /// The most open connections. For a further connection, the connection that has waited longest
+  /// for its next request is closed.
   std::size_t at_all = 320;
-  Duration request = 10s;  ///< time in which a whole request must arrive
-  Duration idle = 5s;      ///< time without a byte while bytes are to be sent or received
-  Duration answer = 1min;  ///< time in which the client must read an answer; streams have no limit
-  /// Bytes of all answers that are being sent; beyond this number, requests get 503.
+  Duration request = 10s;  ///< the time in which a whole request must arrive
+  Duration idle = 5s;  ///< the longest time without a byte while bytes are to be sent or received
+  /// the time in which the client must read an answer; streams have no limit
+  Duration answer = 1min;
+  /// The most bytes of all answers that are being sent; further requests get 503.
   std::size_t answers = 64 * 1024 * 1024;
-  std::size_t body = 4096;      ///< longest body of a request in bytes
-  std::size_t header = 8192;    ///< memory per connection in bytes, which limits the header
+  std::size_t body = 4096;  ///< longest body of a request in bytes
+  /// Memory per connection in bytes; it limits the length of the header.
+  std::size_t header = 8192;
   int send_buffer = 32 * 1024;  ///< size of the kernel's send buffer per connection in bytes
 
-  /// Returns limits whose number of connections fits `descriptors` file descriptors.
+  /// Returns limits that fit `descriptors` file descriptors.
   static Limits Of(std::size_t descriptors);
 };
 
@@ -50,17 +52,19 @@ class Connections {
 
   explicit Connections(const Limits& limits) : limits_(limits) {}
 
-  /// Adds a connection. If at_all is reached, returns the connection to close: the one that has
-  /// waited longest for its next request.
+  /// Adds a connection. If there were Limits::at_all already, returns the connection that has
+  /// waited longest for its next request and must be closed; nothing if all are being answered.
   std::optional<Id> Open(Id id, const std::string& peer, Instant now);
   void Close(Id id) { all_.erase(id); }
-  /// To be called when a request has arrived. False: too many requests of all clients or of this
+  /// Must be called when a request has arrived. False: too many requests of all clients or of this
   /// address are being answered, so the caller must answer 503.
   bool Begin(Id id, Instant now);
   void Stream(Id id);
-  /// To be called when the answer has ended. The time for the next request begins.
+  /// Must be called when the answer has ended. The time for the next request (Limits::request)
+  /// begins.
   void End(Id id, Instant now);
-  /// Returns the connections that send their request or read their answer too slowly.
+  /// Returns the connections that send their request or read their answer too slowly (Limits).
+  /// Streams are never too slow.
   std::vector<Id> Overdue(Instant now) const;
 
   std::size_t size() const { return all_.size(); }
@@ -81,10 +85,10 @@ class Connections {
 class HttpHandler {
  public:
   virtual ~HttpHandler() = default;
-  /// Called on the server's thread when the header has arrived, before the body. Returns an answer
-  /// to refuse the request; nothing: the request is accepted.
+  /// Is called on the server's thread when the header has arrived, before the body. Returns an
+  /// answer to refuse the request; nothing: the request is accepted.
   virtual std::optional<Response> Refuse(const Request& request) = 0;
-  /// Called on the server's thread when the body has arrived. Must not wait. `answered` can be
+  /// Is called on the server's thread when the body has arrived. Must not wait. `answered` can be
   /// called before Handle returns.
   virtual void Handle(const Request& request, Answered answered) = 0;
 };
@@ -99,7 +103,7 @@ class HttpServer {
   /// Ends all answers and closes the port. Answers that come later are dropped. Further calls do
   /// nothing.
   void Stop();
-  /// Closes connections that are too slow. To be called about once a second.
+  /// Closes connections that are too slow. Must be called about once a second.
   void EndOverdue(Instant now);
   std::size_t connections() const;
 

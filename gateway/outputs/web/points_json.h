@@ -30,7 +30,7 @@ class PointNumbers {
 struct PointFilter {
   std::string line{};
   std::optional<std::uint32_t> device{};
-  /// Part of LINE.DEVICE.POINT or of the description; upper and lower case are equal.
+  /// Part of LINE.DEVICE.POINT or of the description, in upper or lower case.
   std::string text{};
 };
 
