@@ -49,7 +49,8 @@ class Daemon {
 
   const config::Config& config_at_start() const;
   const bus::PointStore& store() const;
-  /// Must be called only between Start and Stop.
+  /// Returns e.g. "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices", for the log and
+  /// READY=1.
   lines::LineControl& control();
   /// Returns "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices", for the log and
   /// READY=1.

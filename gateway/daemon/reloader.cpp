@@ -346,8 +346,8 @@ void Reloader::WatchFiles() {
   });
 }
 
-/// Shows in the status that the file differs from the running configuration. A text that was taken
-/// back has another sentence there.
+/// Shows in the status that the file differs from the running configuration. For a text that was
+/// taken back, the status shows ReloadState::not_the_file instead.
 void Reloader::OnFile(const Result<std::string>& text) {
   std::string note;
   if (!text) {

@@ -44,7 +44,7 @@ std::string KeptConfigs::why_taken_back() const {
 }
 
 /// If the copy of the trial is empty or cannot be read, every text except the confirmed text is
-/// unconfirmed. If the copy of the confirmed text is empty or cannot be read as well, no text is.
+/// unconfirmed. If neither copy can be used, no text is unconfirmed.
 bool KeptConfigs::IsUnconfirmed(const std::string& text) const {
   if (!IsThere(trial_file())) return false;
   const auto on_trial = ReadWhole(trial_file());

@@ -116,7 +116,7 @@ class Probation {
   std::map<std::string, Instant> well_;
 };
 
-/// A text that was applied, and its configuration with the profiles of that time.
+/// A text that was applied, and the configuration that was loaded from it, with its profiles.
 struct Applied {
   std::string text;
   std::shared_ptr<const config::Config> config;
