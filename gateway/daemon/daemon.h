@@ -49,10 +49,9 @@ class Daemon {
 
   const config::Config& config_at_start() const;
   const bus::PointStore& store() const;
-  /// Returns e.g. "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices", for the log and
-  /// READY=1.
+  /// Must be called only between Start and Stop.
   lines::LineControl& control();
-  /// Returns "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices", for the log and
+  /// Returns e.g. "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices", for the log and
   /// READY=1.
   std::string Summary() const;
 

@@ -113,7 +113,8 @@ std::unique_ptr<outputs::Output> MakeDds(const OutputLinks& links) {
 
 OutputRows AllOutputs() {
   return {
-      // Its descriptors are in kForGateway (gateway/daemon/descriptors.cpp).
+      // kForGateway (gateway/daemon/descriptors.cpp) contains the descriptors of the control
+      // socket.
       {&MakeControl},
       {&MakeWeb, &web::WebOutput::Descriptors},
       {&MakeModbus, &modbus::ModbusOutput::Descriptors},

@@ -42,12 +42,12 @@ struct ReloadOptions {
   std::function<LoadedText(const std::string& text)> load;
   /// Sends a state to systemd, as sd_notify does.
   std::function<void(const std::string& state)> notify;
+  std::function<std::string()> summary;  ///< describes what runs, for READY=1
   /// Returns a text without its secrets, or an error if the secrets cannot be found in the text.
-  std::function<std::string()> summary;
-  /// ^The text of the file, if it was taken back before this start.
   std::function<Result<std::string>(const std::string& text)> masked{};
   std::string text_at_start;
-  std::optional<reload::Refused> refused;   ///< the text of the file, if it was taken back
+  /// The text of the file, if it was taken back before this start.
+  std::optional<reload::Refused> refused;
   std::optional<reload::KeptConfigs> kept;  ///< nothing: there is no state folder
   Duration disk_patience = 5s;              ///< the longest time that a request waits for the disk
 };

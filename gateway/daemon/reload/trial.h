@@ -60,7 +60,7 @@ class KeptConfigs {
   std::string why_taken_back() const;
   /// True if `text` is on trial, or was taken back: a start then loads the confirmed text instead.
   /// If the copy of the trial is empty or cannot be read, every text except the confirmed text is
-  /// unconfirmed.
+  /// unconfirmed; if neither copy can be used, no text is.
   bool IsUnconfirmed(const std::string& text) const;
 
   /// Writes the texts that differ in the folder, and removes files that are not in `wanted`.

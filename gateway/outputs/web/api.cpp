@@ -33,8 +33,7 @@ Response JsonResponse(const Json& json) {
   return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-/// Converts an answer of the control socket to an HTTP answer. An error becomes a problem with the
-/// fitting HTTP status.
+/// Converts an answer of the control socket to an HTTP answer. An error gets its HTTP status.
 Response ResponseOf(std::string answer) {
   if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
   const Json json = Json::parse(answer, nullptr, false);

@@ -47,11 +47,10 @@ class LiveApi {
     bus::PointStore& store;
     lines::LineControl& lines;
     status::GatewayInfo info;
-    /// Returns the running configuration as YAML without its secrets. An empty function: the
-    /// configuration is not available.
+    /// Returns the running configuration as YAML without its secrets; empty: the configuration is
+    /// not available.
     std::function<Result<std::string>()> configuration{};
-    /// Finds the protocol that decodes the bytes of a trace. An empty function: bytes are not
-    /// decoded.
+    /// Finds the protocol that decodes the bytes of a trace; empty: bytes are not decoded.
     diagnosis::ProtocolFinder protocol{};
   };
   /// All references must outlive this object. All functions must be called on the thread of `io`.

@@ -42,7 +42,6 @@ struct Limits {
   std::size_t header = 8192;
   int send_buffer = 32 * 1024;  ///< size of the kernel's send buffer per connection in bytes
 
-  /// Returns limits that fit `descriptors` file descriptors.
   static Limits Of(std::size_t descriptors);
 };
 
@@ -60,11 +59,9 @@ class Connections {
   /// address are being answered, so the caller must answer 503.
   bool Begin(Id id, Instant now);
   void Stream(Id id);
-  /// Must be called when the answer has ended. The time for the next request (Limits::request)
-  /// begins.
+  /// Must be called when the answer has ended. The time for the next request begins.
   void End(Id id, Instant now);
   /// Returns the connections that send their request or read their answer too slowly (Limits).
-  /// Streams are never too slow.
   std::vector<Id> Overdue(Instant now) const;
 
   std::size_t size() const { return all_.size(); }

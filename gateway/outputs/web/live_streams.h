@@ -31,7 +31,6 @@ class Frames {
   static constexpr std::size_t kMostFrames = 25;
   static constexpr std::size_t kMostBytes = 4 * 1024 * 1024;
 
-  /// Adds a frame. Viewers get it after all earlier frames.
   void Push(std::string text);
   /// Sets the snapshot: a frame with the present state, which replaces all earlier frames.
   void SetSnapshot(std::string text);

@@ -31,8 +31,6 @@ std::span<const PackedFile> PackedFiles();
 
 std::optional<Response> AssetResponse(const Request& request);
 
-/// Returns the content type by the end of the name, e.g. "text/css; charset=utf-8" for
-/// "/style.css".
 std::string_view TypeOf(std::string_view path);
 
 class WebServer final : public HttpHandler {

@@ -154,7 +154,6 @@ class Planner {
     return true;
   }
 
-  /// Adds the address at_ to the hole that ends before it, or begins a new hole.
   void AddHole() {
     if (!pieces_.empty() && pieces_.back().area == Area::hole) {
       ++pieces_.back().count;

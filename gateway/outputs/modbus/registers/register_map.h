@@ -62,8 +62,7 @@ struct UnitMap {
   /// Points with `select: yes`; key: the address of the point. A client selects the point by a
   /// write to this address + config::kSelectOffset.
   std::map<std::uint16_t, std::uint32_t> selects;
-  /// The offset of each field of the unit's status block; the last entry is the length of the
-  /// block.
+  /// The offset of each field of the status block; the last entry is the block's length.
   std::vector<std::uint16_t> status_layout;
 
   const std::vector<Span>& spans(config::Table table) const {

@@ -22,7 +22,7 @@ class Responder {
     whole,
     would_block,  ///< the socket's buffer was full; no byte was sent
     cut,  ///< a part of the reply was sent; its size is unknown, so the connection must be closed
-    failed,  ///< the connection has ended
+    failed,
   };
 
   Responder();

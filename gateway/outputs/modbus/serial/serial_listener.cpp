@@ -116,7 +116,6 @@ void MasterSession::Answer(View frame, Instant) {
   owner_.Rearm();
 }
 
-/// A reply is due after the quiet time, but not while bytes of a new request are arriving.
 std::optional<Instant> MasterSession::Deadline() const {
   std::optional<Instant> next;
   if (HoldsBytes()) {

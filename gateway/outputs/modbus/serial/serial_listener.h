@@ -89,8 +89,8 @@ class MasterSession final : public ClientWire {
   void OnBytes(View bytes, const Now& now);
   /// Must be called at Deadline; earlier calls do no harm.
   void OnTime(const Now& now);
-  /// Returns the next time at which OnTime has work: the end of a frame by a pause, the end of the
-  /// quiet time before a reply, or the deadline of a request. Nothing: there is no such time.
+  /// Returns the next time at which OnTime has work: a pause ends a frame, the quiet time before a
+  /// reply is over, or the deadline of a request passes. Nothing: there is no such time.
   std::optional<Instant> Deadline() const;
 
  private:

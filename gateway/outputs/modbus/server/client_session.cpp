@@ -240,10 +240,10 @@ void ClientSession::Turn(const Now& now) {
   Continue();
 }
 
-/// Drops the replies to earlier requests. Returns whether `frame` must be handled: only the last of
-/// several complete frames is, because after a delay the network can deliver a request that the
-/// client has given up together with its next request. A broadcast gets no reply, so it is always
-/// handled.
+/// For RTU and ASCII: drops the replies to earlier requests. Returns whether `frame` must be
+/// handled: only the last of several complete frames is, because after a delay the network can
+/// deliver a request that the client has given up together with its next request. A broadcast gets
+/// no reply, so it is always handled.
 bool ClientSession::Supersede(View frame) {
   requests_.Abandon();
   socket_.unsent().clear();

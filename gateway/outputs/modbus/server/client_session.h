@@ -55,7 +55,6 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
 
   explicit ClientPoll(asio::io_context& io) : set_(io) {}
 
-  /// Creates the epoll set. Fails if the system has no resources for it.
   Status Open();
   void Start() { Wait(); }
   void Close();
@@ -183,8 +182,6 @@ class ClientSession final : public ClientPoll::Client,
   void Receive(const Now& now);
   bool Fill(Instant now);
   void Turn(const Now& now);
-  /// For RTU and ASCII: drops the replies to all earlier requests. Returns false if `frame` must
-  /// not be answered either, because another request follows it.
   bool Supersede(View frame);
   /// Waits for the next event: space for replies, a turn for more frames, or bytes from the client.
   void Continue();

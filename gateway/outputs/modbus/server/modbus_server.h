@@ -93,8 +93,7 @@ class ModbusServer {
   /// the listeners whose serial ports must be closed.
   Ended Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
               const Renewal& renewal);
-  /// Closes the serial ports that Apply returned, which can take long in a driver. Any thread may
-  /// call it.
+  /// Closes the serial ports that Apply returned, which can take long. Any thread may call it.
   static void ClosePorts(const Ended& ended);
   void Finish(Ended ended);
   /// Returns a sentence for each entry whose port is not open (it is tried again each second):

@@ -88,8 +88,6 @@ void ClientReplies::CountException() {
   ClientRecord::Add(record_->exceptions);
 }
 
-/// False for a broadcast: a write to unit 0 on a serial framing, even if a route has unit 0. Its
-/// sender waits for no reply, and would take a reply as the answer to its next request.
 bool ClientReplies::IsAwaited(View request) const {
   const bool to_all =
       listener_.speaks_serial() && UnitOf(request) == 0 && IsPlainWrite(FunctionOf(request));
@@ -342,8 +340,8 @@ void RoutedRequests::Sweep(const Now& now) {
   for (const std::uint64_t number : pending_.Overdue(now.instant)) Finish(number, nothing, now);
 }
 
-/// Abandons all requests. Calls the router even if no request is pending, because a line or server
-/// can still have a request that Sweep has answered already.
+/// The router is called even if no request is pending, because a line or server can still have a
+/// request that Sweep has answered already.
 void RoutedRequests::Abandon() {
   router_.Abandon(replies_->client().number);
   const auto abandoned = pending_.TakeAll();

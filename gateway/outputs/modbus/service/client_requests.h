@@ -174,8 +174,8 @@ class ClientReplies {
   void AnswerNothing(Instant now) { wire_.AnswerNothing(now); }
   void Refuse(View frame, ExceptionCode exception, Instant now);
   void CountException();
-  /// False if the client waits for no reply to `request`, because it is a broadcast on a serial
-  /// framing.
+  /// False for a broadcast on a serial framing: its sender waits for no reply, and would take a
+  /// reply as the answer to its next request.
   bool IsAwaited(View request) const;
 
   /// Counts a pending request, and requests a Sweep of this client at the time `limit`.
@@ -260,8 +260,8 @@ class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
   /// Drops all pending writes without a reply. Writes that were not sent to the device yet are not
   /// sent.
   void Abandon();
-  /// Must be called when the client has left: removes its pending writes, its selections of points
-  /// and its first event to show.
+  /// Must be called when the client has left: removes its pending writes, its selections and its
+  /// first event to show.
   void Close();
   std::size_t outstanding() const { return pending_.size(); }
 

@@ -51,7 +51,7 @@ struct ModbusDifference {
   std::vector<RouteChange> routes;
   bool route_order = false;  ///< the routes that remain have another order than before
   /// Sentences about listeners that need a restart of the gateway, because their port can be opened
-  /// only after the port of a removed listener is closed: "modbus.listen from 10.0.0.1:502 to
+  /// only after a removed listener's port is closed: "modbus.listen from 10.0.0.1:502 to
   /// 0.0.0.0:502".
   std::vector<std::string> restart;
 };

@@ -124,8 +124,7 @@ class OwnUnits {
                       std::function<void(const WriteResult&)> done);
   /// Records a write that the caller has denied, with the result `refused`. Does nothing for reads.
   void Deny(View frame, const bus::Writer& writer, const WriteResult& refused, const Now& now);
-  /// Must be called when the client has left: removes its selections of points and its first events
-  /// to show.
+  /// Must be called when the client has left: removes its selections and its first events to show.
   void Forget(const bus::Writer& writer);
 
   Responder& responder() { return responder_; }

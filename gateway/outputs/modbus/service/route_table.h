@@ -33,7 +33,7 @@ class RouteList {
   explicit RouteList(const std::vector<config::Route>& routes) {
     Renew(routes, Origins(routes.size()));
   }
-  /// Applies the routes of a reload. An unchanged route keeps its number, but its line index can
+  /// Applies the routes of a reload. An unchanged route keeps its number; its line index can
   /// change.
   void Renew(const std::vector<config::Route>& routes, const Origins& origins);
 

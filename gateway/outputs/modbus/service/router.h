@@ -77,9 +77,10 @@ class RouteTargets {
   const RouteList& routes_;
   asio::io_context* io_ = nullptr;  ///< null: Open was not called
   std::shared_ptr<TrafficBook> book_;
-  /// by route number; null: the route has no target
+  /// Servers are never removed, because clients that have sent requests to them can still call
+  /// Abandon.
   std::map<HostPort, std::unique_ptr<Upstream>> servers_;
-  std::vector<bus::RouteTarget*> targets_;  ///< the target of each route, by route number
+  std::vector<bus::RouteTarget*> targets_;  ///< by route number; null: the route has no target
   std::vector<Line> lines_;
   /// For each client: the targets that can still have requests of the client.
   std::map<std::uint64_t, std::vector<bus::RouteTarget*>> asked_;

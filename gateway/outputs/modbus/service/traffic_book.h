@@ -25,9 +25,8 @@
 
 namespace baudgate::modbus {
 
-// `FunctionCounters` counts how often the clients of a listener used each function, and how often
-// each exception was the answer. Only the server's thread counts, without a lock; any thread can
-// read.
+// `FunctionCounters` counts how often each function was used at a listener, and which exceptions
+// were the answer. Only the server's thread counts, without a lock; any thread can read.
 class FunctionCounters {
  public:
   /// Counts a request. `exception`: 0 for no exception; codes above 0x0B are counted as 0x0B.

@@ -117,11 +117,11 @@ class UpstreamQueue final : public bus::RouteQueue {
   void Open();
   /// Queues the requests that other threads have submitted. False: the queue is closed.
   bool Gather();
+  /// Queues the submitted requests a last time, and accepts no more requests. False: the queue was
+  /// closed already.
+  bool Close();
   /// Updates the length that Submit checks. Must be called after requests were taken and before
   /// they are answered, because a client can submit its next request as soon as it is answered.
-  bool Close();
-  /// Updates the length that Submit checks. To be called after requests were taken and before they
-  /// are answered, because a client can submit its next request as soon as it is answered.
   void Count() { queued_ = size(); }
 
  private:
@@ -172,8 +172,7 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   /// Passes the whole frame to the kernel. Returns an error if the kernel does not accept all of it
   /// now.
   Status Send(View frame);
-  /// Closes the connection; no callback is called any more. Bytes that neither side has read are
-  /// dropped, so that they are not delivered late.
+  /// Closes the connection; no callback is called any more.
   void Close();
 
   bool connected() const { return connected_; }

@@ -115,8 +115,7 @@ std::size_t ReplySize(const ModbusRequest& request);
 
 std::array<std::uint8_t, 9> ExceptionReply(View frame, ExceptionCode code);
 
-// The protocols of the serial framings that clients can use. Null: the protocol module is not
-// loaded.
+// The protocols of the serial framings that clients can use. Null: the module is not loaded.
 struct Frames {
   const protocols::Protocol* rtu = nullptr;
   const protocols::Protocol* ascii = nullptr;
