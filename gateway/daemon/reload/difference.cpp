@@ -283,8 +283,8 @@ config::Line Empty(const config::Line& line) {
   return empty;
 }
 
-/// For each line and device: key: its number in the file; value: its number in the placed
-/// configuration (Placement).
+/// Maps the number of each line and device in the file to its number in the placed configuration
+/// (Placement).
 struct Numbers {
   std::map<std::size_t, std::size_t> lines;
   std::map<std::uint32_t, std::uint32_t> devices;

@@ -38,9 +38,10 @@ Difference Compare(const config::Config& running, const config::Config& next);
 
 /// Returns one sentence per change: "line bay-1: restarts: port".
 std::vector<std::string> Sentences(const Difference& difference);
-/// Returns "1 line new, 1 line restarted; 12 lines untouched".
+/// Returns e.g. "1 line new, 1 line restarted; 12 lines untouched".
 std::string Summary(const Difference& difference);
-/// Returns "only a restart can change dds.domain, gateway.name"; nothing if no restart is needed.
+/// Returns e.g. "only a restart can change dds.domain, gateway.name"; nothing if no restart is
+/// needed.
 std::optional<std::string> WhyNot(const Difference& difference);
 
 // `Placement` contains the numbers of lines and devices after a reload: a line that continues keeps

@@ -132,7 +132,7 @@ class PastApi {
   asio::io_context& io_;
   NoWrites no_writes_;
   control::RequestHandler handler_;
-  // Downloads hold weak pointers to it, and so detect that this object has been destroyed.
+  // Downloads hold weak pointers to this pointer, so they detect that this object was destroyed.
   std::shared_ptr<PastApi*> alive_ = std::make_shared<PastApi*>(this);
 };
 

@@ -32,8 +32,8 @@ bool ReplyEcho::IsEcho(View frame, Instant ended) {
 
 namespace {
 
-/// A longer pause ends an RTU frame, because USB adapters deliver bytes up to 16 ms late. At low
-/// bit rates the longer quiet time of the line counts instead. Most requests are recognised by
+/// The longest pause within an RTU frame: USB adapters deliver bytes up to 16 ms late. At low bit
+/// rates the quiet time of the line is longer and counts instead. Most requests are recognised by
 /// their length and do not wait for this time.
 constexpr Duration kUsbGap = 20ms;
 /// The longest pause between two characters of a Modbus ASCII frame (MODBUS over Serial Line 1.02,

@@ -90,7 +90,7 @@ class ModbusServer {
   using Ended = std::vector<std::shared_ptr<SerialListener>>;
   /// Replaces units, points, lines and routes, then the listeners. Clients of changed or removed
   /// listeners are disconnected. A TCP port that is not open is tried again each second. Returns
-  /// the listeners whose serial ports must be closed.
+  /// the listeners whose serial ports must be closed (ClosePorts).
   Ended Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
               const Renewal& renewal);
   /// Closes the serial ports that Apply returned, which can take long. Any thread may call it.

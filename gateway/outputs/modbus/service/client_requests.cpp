@@ -36,8 +36,8 @@ void ServerShared::Apply(const config::Config& config, std::span<bus::RouteTarge
 
 namespace {
 
-/// True for exceptions that report a fault of the gateway or a line, not of the request. A listener
-/// with `errors: silent` does not send them.
+/// True for the exceptions of a gateway: no such unit, no reply from the target, too many requests.
+/// A listener with `errors: silent` does not send them.
 bool IsGatewayTrouble(ExceptionCode exception) {
   return exception == kNoPath || exception == kNoTarget || exception == kBusy;
 }

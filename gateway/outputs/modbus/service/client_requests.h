@@ -212,7 +212,7 @@ struct PendingRequest {
   Bytes frame;
   /// The route's number (RouteList); only for routed requests.
   std::size_t route = 0;
-  bool abandoned = false;  ///< the request is carried out, but not answered
+  bool abandoned = false;  ///< the client no longer waits, so no reply is sent
 
   /// The time at which the server answers the request if the line has not answered it.
   Instant Limit() const { return deadline + kGrace; }

@@ -70,7 +70,7 @@ class AckRegister {
   AckRegister(const bus::PointStore& store, events::EventSource* alarms, audit::WriteLog* log)
       : store_(store), alarms_(alarms), log_(log) {}
 
-  /// True if the request writes to no registers but these two.
+  /// True if the request writes to no registers but 9096 and 9097.
   static bool IsFor(const ModbusRequest& request);
   /// Acknowledges alarms. Unless an exception is returned, `done` is called once, on any thread,
   /// when the acknowledgement is on the disk or could not be stored. kIllegalValue: only half of
@@ -114,7 +114,7 @@ class OwnUnits {
   /// Checks unit, function, counts and lengths; fills `request` if the result is kNoException.
   ExceptionCode Check(View frame, ModbusRequest& request) const;
   /// Writes the contents of the reply to responder(). Does not wait for a line or the disk.
-  /// `client`: the number of the client, which selects the first event to show.
+  /// `client`: the client's number, by which EventWindow finds its first event to show.
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
                      std::uint64_t client = 0);
   /// Starts a write. The address decides what is written: values of points, the selection of a

@@ -157,7 +157,7 @@ class TrafficBook {
   mutable Mutex mutex_;
   std::map<std::uint64_t, std::shared_ptr<ClientRecord>> clients_ BAUDGATE_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<FunctionCounters>> functions_
-      BAUDGATE_GUARDED_BY(mutex_);  // by listener
+      BAUDGATE_GUARDED_BY(mutex_);  // key: the listener's address
   std::uint64_t next_client_ BAUDGATE_GUARDED_BY(mutex_) = 1;
   std::map<std::size_t, MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t next_master_ BAUDGATE_GUARDED_BY(mutex_) = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sends requests to the gateway. The message of an error is the gateway's own sentence. Paths are
-// relative to the page, because a proxy may show the page below a path of its own.
+// Sends requests to the gateway. The message of an error is the gateway's own sentence. Paths are relative to the page,
+// because a proxy may show the page below a path of its own.
 import {emit} from './bus.js';
 
 export class ApiError extends Error {

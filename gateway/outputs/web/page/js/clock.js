@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An estimate of the gateway's clock, from the times that the gateway sends, and ages that advance
-// with this clock.
+// An estimate of the gateway's clock, from the times that the gateway sends, and ages that advance with this clock.
 import {ageText} from './format.js';
 import {h, setText} from './dom.js';
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Computes the use of a line's wire from two statuses up to a minute apart. With less than five
-// seconds of statuses, it is the use since the start.
+// Computes the use of a line's wire from two statuses up to a minute apart. With less than five seconds of statuses, it
+// is the use since the start.
 const windowMs = 60000;
 
 export class WireUse {
