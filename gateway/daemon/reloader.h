@@ -37,7 +37,7 @@ struct LoadedText {
 
 struct ReloadOptions {
   std::string file;
-  std::function<Result<std::string>()> read;  ///< reads the current text of the file
+  std::function<Result<std::string>()> read;
   /// Parses a text. Paths in the text are relative to the file.
   std::function<LoadedText(const std::string& text)> load;
   /// Sends a state to systemd, as sd_notify does.
@@ -124,7 +124,6 @@ class ConfigCopies {
                std::function<Status()> open_folder);
 
   bool found() const { return kept_ && !kept_->empty(); }
-  /// Returns the path of the folder; empty if there is no folder.
   std::string folder() const { return kept_ ? kept_->folder().string() : std::string(); }
 
   /// Opens the folder, unless it is open, and writes `texts`.

@@ -56,7 +56,6 @@ using AddValue = std::function<void(std::string_view label, std::optional<double
                                     std::string_view suffix)>;
 /// Adds 1 for the present state, and 0 for every other state.
 void EachValue(bus::DeviceState state, const AddValue& add);
-/// Adds the seconds of each LineUse.
 void EachValue(const bus::TimeByUse& times, const AddValue& add);
 /// Adds a histogram in seconds. Each bucket ends at twice the time of the bucket before; the last
 /// bucket has no upper bound.

@@ -25,8 +25,8 @@ namespace baudgate::web {
 struct Limits {
   /// Connections that are answered at the same time; further connections get 503.
   std::size_t connections = 256;
-  /// Connections of one client address that are answered at the same time. 127.0.0.1 has only the
-  /// limit `connections`, because proxies run there.
+  /// Connections of one client address that are answered at the same time. Loopback addresses
+  /// (127.0.0.1, ::1) have only the limit `connections`, because proxies run there.
   std::size_t of_address = 64;
   /// The most open connections. For a further connection, the connection that has waited longest
   /// for its next request is closed.

@@ -332,7 +332,6 @@ class ClientRequests {
   /// Handles one whole frame, including the MBAP header. `wire` is called exactly once for it, now
   /// or later, unless the request is abandoned before.
   void Handle(View frame, const Now& now);
-  /// True if a device, the gateway or a route answers for this unit.
   bool Serves(std::uint8_t unit) const { return router_.WayOf(unit).kind != Way::Kind::none; }
   /// Answers requests whose deadline has passed. During the call the wire can close the client, but
   /// must not destroy this object.

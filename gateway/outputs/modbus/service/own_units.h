@@ -90,7 +90,6 @@ class AckRegister {
   audit::WriteLog* const log_;
 };
 
-/// Returns the exception for the result of a write; kNoException if the write was successful.
 ExceptionCode ExceptionOf(const WriteResult& result);
 ExceptionCode ExceptionOf(const bus::WriteDenial& denial);
 

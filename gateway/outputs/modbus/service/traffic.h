@@ -65,8 +65,8 @@ struct RouteCounters {
   /// Requests among ok and refused that share the exchange of an identical request of another
   /// client.
   std::uint64_t shared = 0;
-  Duration longest_wait{};  ///< longest time of a request in the queue
-  Duration total_wait{};    ///< sum of the times in the queue, of the requests in ok and refused
+  Duration longest_wait{};
+  Duration total_wait{};  ///< sum of the times in the queue, of the requests in ok and refused
 
   Duration MeanWait() const {
     const auto answered = static_cast<std::int64_t>(ok + refused);

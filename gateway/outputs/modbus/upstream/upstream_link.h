@@ -222,7 +222,6 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   std::size_t LengthOf(View head, std::size_t told) const override;
   void OnBroken(const std::string& reason) override;
 
-  // The queue, the deadlines and the connection.
   void TakeIncoming();
   void Drop(std::uint64_t client);
   void Work();
@@ -237,7 +236,6 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void AnswerUnsent(const std::vector<bus::RoutedRequest>& requests, Outcome outcome,
                     const std::string& reason);
 
-  // Requests that are sent, and their replies.
   void Pump(Instant now);
   bus::RouteQueue::Batch Choose(Instant now);
   void Send(bus::RouteQueue::Batch batch, Instant now);

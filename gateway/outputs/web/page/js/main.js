@@ -115,7 +115,7 @@ on('link', async ({state, before}) => {
   if (state !== 'live' || before !== 'lost') return;
   const {version} = session;
   await askSession().catch(() => {});
-  // Another version of the gateway has another page.
+  // Another version of the gateway has another page, which must be loaded.
   if (session.version !== version) location.reload();
 });
 

@@ -5,7 +5,7 @@ import {on} from './bus.js';
 import {heardTime} from './clock.js';
 
 const periodMs = 2000;
-const patienceMs = 10000;  // timeout: a later answer may never come
+const patienceMs = 10000;  // timeout, because an answer may never come
 
 /**
  * Requests the status every two seconds, or less often if answers are slow. Calls use(status), or fail(error). Returns the

@@ -94,7 +94,7 @@ function forget() {
 
 on('reload', forget);
 on('link', ({state, before}) => {
-  // Meanwhile the gateway may have been replaced, or may have got a new configuration.
+  // While the connection was lost, the gateway may have been replaced or have got a new configuration.
   if (state === 'live' && before === 'lost') {
     described = null;
     emit('points');
