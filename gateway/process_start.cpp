@@ -9,7 +9,7 @@
 namespace baudgate {
 namespace {
 
-/// Never returns.
+/// Does the work of process 1, and ends the process with the result of the child.
 void BeInit(pid_t child, const sigset_t& all) {
   for (;;) {
     int caught = 0;
@@ -42,7 +42,7 @@ void SplitFromInit() {
   ::sigprocmask(SIG_BLOCK, &all, &before);
   const pid_t child = ::fork();
   if (child > 0) BeInit(child, all);
-  // The child goes on from here. If the fork has failed, process 1 itself goes on.
+  // The child continues here. If fork has failed, process 1 itself continues here.
   ::sigprocmask(SIG_SETMASK, &before, nullptr);
 }
 

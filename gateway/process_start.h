@@ -11,7 +11,7 @@ void HoldStandardDescriptors();
 
 /// If the process is process 1 (of a container), forks and returns in the child. The parent passes
 /// signals on to the child, reaps every process that has lost its parent, and ends with the result
-/// of the child. To be called before any thread starts.
+/// of the child. Must be called before any thread starts.
 void SplitFromInit();
 
 }  // namespace baudgate

@@ -1,7 +1,7 @@
 // Applies another configuration to a running gateway. First it opens ports, because this can fail.
-// Lines that do not change are not touched. Then the old lines end; the store gets the new lines,
-// before an interlock of a remaining line can name their devices; then files and outputs change;
-// then the new lines start.
+// Lines that do not change are not touched. Then, in this order: the old lines end; the store gets
+// the new lines, before an interlock of a remaining line can name their devices; files and outputs
+// change; the new lines start.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
@@ -19,7 +19,7 @@ reload::Health HealthOf(const bus::DeviceRecord& record) {
   if (record.override_quality == Quality::bad_out_of_service) return Health::unasked;
   if (record.override_quality == Quality::bad_configuration) return Health::ill;
   // An offline device may still be starting. It is ill only if it has answered before (last_ok),
-  // and was asked since its port came back (override_quality).
+  // and has been asked since its port came back (override_quality is set).
   if (record.status.state == bus::DeviceState::offline) {
     const bool was_asked = record.status.last_ok && record.override_quality;
     return was_asked ? Health::ill : Health::unknown;
@@ -145,7 +145,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   if (records::EventPath* const events = records.events()) {
     events->Begun(first_device, store.device_count() - first_device);
   }
-  // Outputs and events have read what they need of the ended lines, so the store can forget them.
+  // Outputs and events need nothing more of the ended lines, so the store can forget them.
   for (const std::uint32_t line : placed.gone) store.Forget(line);
   for (std::string& trouble : lines.NotOpen(started)) missing.push_back(std::move(trouble));
   return missing;

@@ -32,7 +32,7 @@ Daemon::~Daemon() {
 }
 
 Status Daemon::Start() {
-  // The limit is raised first, because each line opens some files.
+  // The limit of open files is raised first, because each line opens some files.
   RaiseDescriptorLimit(DescriptorNeedsOf(impl_->config, impl_->output_rows).all());
   if (Status status = impl_->OpenRecords(); !status) return status;
   impl_->MakeLines();

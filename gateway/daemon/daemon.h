@@ -51,7 +51,7 @@ class Daemon {
   const bus::PointStore& store() const;
   /// Must be called only between Start and Stop.
   lines::LineControl& control();
-  /// Returns "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices", for the log and
+  /// Returns e.g. "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices", for the log and
   /// READY=1.
   std::string Summary() const;
 

@@ -32,24 +32,25 @@ struct Daemon::Impl {
         lines(store, catalog,
               lines::SharedLoops(config.lines, std::thread::hardware_concurrency())) {}
 
-  /// Returns the sink for the writes of all outputs: the audit, or the lines if no write is
-  /// recorded.
+  /// Returns the sink that takes the writes of all outputs: the audit, or the lines if writes are
+  /// not recorded.
   bus::CommandSink& Commands() {
     bus::CommandSink* const recorded = records.entrance();
     return recorded != nullptr ? *recorded : dispatcher;
   }
 
-  // Examine and Prepare are functions of Reloader::Links.
+  // Reloader calls Examine and Prepare (Reloader::Links).
   void Examine(const config::Config& next, reload::Difference& difference) const;
   Reloader::Prepared Prepare(config::Config next, const reload::Difference& difference);
-  /// Key: the name of the line that starts.
+  /// The threads of the lines that start. Key: the name of the line.
   using Threads = std::map<std::string, std::shared_ptr<transports::LoopThread>>;
   /// The prepared outputs, in the order of `outputs`.
   using PreparedOutputs = std::vector<std::unique_ptr<outputs::Output::Prepared>>;
-  /// Applies a prepared configuration. Returns what could not be applied.
+  /// Applies a prepared configuration. Returns a sentence for each part that could not be applied.
   std::vector<std::string> Apply(config::Config next, const reload::Difference& difference,
                                  PreparedOutputs prepared, const Threads& threads);
-  /// If `own` is null, the line gets a new thread if it needs one and the system has one.
+  /// If `own` is null, the line gets a new thread if it needs a thread and the system has resources
+  /// for it; else it shares a thread.
   void AddLine(std::shared_ptr<const config::Line> line,
                std::shared_ptr<transports::LoopThread> own);
   reload::Healths Healths() const;

@@ -12,8 +12,8 @@ namespace baudgate::daemon {
 
 namespace {
 
-// The numbers of files per part contain some reserve, because a port is opened before the old port
-// is closed. A serial port needs more, because it has a separate loop.
+// The numbers of files contain a reserve, because a reload opens a new port before it closes the
+// old port. A serial port needs more files, because it has a loop of its own.
 constexpr std::size_t kForGateway = 64;  // control socket and its clients, log, recordings
 constexpr std::size_t kForSerialPort = 8;
 constexpr std::size_t kForNetworkPort = 2;

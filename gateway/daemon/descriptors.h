@@ -1,7 +1,7 @@
 // Functions for the file descriptors of the process: how many the gateway needs, and how many
 // clients and viewers can connect if the system allows fewer. Ports, sockets and files come first;
-// viewers get at most an eighth of the limit, and clients the rest. `OpenFiles` counts the open
-// descriptors.
+// viewers of the web page get at most an eighth of the limit, and clients the rest. `OpenFiles`
+// counts the open descriptors.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,7 +24,7 @@ outputs::DescriptorNeeds DescriptorNeedsOf(const config::Config& config, const O
 /// lowers it. Returns the resulting limit.
 std::size_t RaiseDescriptorLimit(std::size_t needed);
 
-/// Returns the part of `needs.clients` that is allowed to connect, above 0 and at most 1.
+/// Returns the share of `needs.clients` that is allowed to connect, above 0 and at most 1.
 double ClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
 /// Returns how many of `needs.viewers` are allowed: all, or at most an eighth of the limit.

@@ -51,7 +51,7 @@ modbus::GatewayFigures FiguresOf(const bus::PointStore& store, const lines::Line
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device)) continue;
     store.Read(device, [&](const bus::DeviceRecord& record) {
-      // A device keeps its state while its line is down, so the line's quality is checked as well.
+      // A device keeps its state while its line is down, so override_quality is checked as well.
       info.devices_online += Answers(record.status.state) && !record.override_quality ? 1 : 0;
     });
   }
@@ -113,7 +113,9 @@ std::unique_ptr<outputs::Output> MakeDds(const OutputLinks& links) {
 
 OutputRows AllOutputs() {
   return {
-      {&MakeControl},  // kForGateway includes the descriptors of the control socket
+      // kForGateway (gateway/daemon/descriptors.cpp) contains the descriptors of the control
+      // socket.
+      {&MakeControl},
       {&MakeWeb, &web::WebOutput::Descriptors},
       {&MakeModbus, &modbus::ModbusOutput::Descriptors},
       {&MakeDds, &dds::DdsOutput::Descriptors, &dds::DdsOutput::Consumer},

@@ -38,17 +38,19 @@ struct OutputLinks {
   bus::PointStore& store;
   lines::Lines& lines;
   lines::LineControl& control;
-  bus::CommandSink& commands;  ///< receives writes
+  bus::CommandSink& commands;
   records::Records& records;
-  Reloader* reloader;               ///< null: the gateway cannot be reloaded
-  const status::GatewayInfo& info;  ///< the output must copy the information
+  Reloader* reloader;  ///< null: the gateway cannot be reloaded
+  /// valid only while the output is made, so the output must copy it
+  const status::GatewayInfo& info;
   /// Returns the descriptors that the whole gateway needs.
   std::function<outputs::DescriptorNeeds(const config::Config& config)> needs;
 };
 
 struct OutputRow {
   std::function<std::unique_ptr<outputs::Output>(const OutputLinks& links)> make;
-  /// Returns the descriptors that the output needs. Empty: the output needs only a few.
+  /// Returns the descriptors that the output needs. Empty: kForGateway
+  /// (gateway/daemon/descriptors.cpp) contains them.
   std::function<outputs::DescriptorNeeds(const config::Config& config)> descriptors{};
   /// Returns the name under which the output stores how far it has read the events
   /// (events::CursorBook). Empty: the output stores no such name.
@@ -57,9 +59,9 @@ struct OutputRow {
 using OutputRows = std::vector<OutputRow>;
 
 /// Returns the outputs in the order in which they start and stop: outputs through which people and
-/// clients write come first. Modbus comes before DDS, because its port is in use if a gateway is
-/// started twice: the second gateway must fail before it publishes the points of the first and then
-/// ends them.
+/// clients write come first. Modbus comes before DDS, because a second gateway on this machine
+/// fails at the Modbus port. So it fails before it publishes the points of the first gateway and
+/// then reports their end.
 OutputRows AllOutputs();
 
 }  // namespace baudgate::daemon

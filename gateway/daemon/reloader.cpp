@@ -119,7 +119,6 @@ std::string Joined(const std::vector<std::string>& sentences, const char* betwee
   return all;
 }
 
-/// Returns the end of a sentence that names the parts that were applied and do not work yet.
 std::string NotYet(const std::vector<std::string>& missing) {
   return missing.empty() ? std::string() : "; not working yet: " + Joined(missing);
 }
@@ -297,7 +296,6 @@ void Reloader::FollowTrial() {
   display_.SetTrial(trial_.until());
 }
 
-/// Returns "; confirm it within 60s with 'baudgate confirm'"; empty if no trial runs.
 std::string Reloader::OnTrial() const {
   if (!trial_.running()) return {};
   return "; confirm it within " + FormatDuration(trial_.Left(ReadClocks().instant)) +
@@ -346,8 +344,8 @@ void Reloader::WatchFiles() {
   });
 }
 
-/// Shows in the status that the file differs from the running configuration. A text that was taken
-/// back has another sentence there.
+/// Shows in the status that the file differs from the running configuration. For a text that was
+/// taken back, the status shows ReloadState::not_the_file instead.
 void Reloader::OnFile(const Result<std::string>& text) {
   std::string note;
   if (!text) {

@@ -1,9 +1,9 @@
 // `Reloader` applies a changed configuration file while the gateway runs, on request (SIGHUP,
-// `baudgate reload`); a mere edit is only shown in the status. It reads the file, reports the
-// changes, has them applied, stores a copy, and takes the changes back if they are not confirmed.
-// It runs on a separate thread: lines, outputs and the watchdog do not wait for it, and it does not
-// wait long for a disk. `ReloadDisplay` shows the current configuration, `ConfigFile` reads the
-// user's file, and `ConfigCopies` stores copies.
+// `baudgate reload`); without a request, the status only shows that the file has changed. Reloader
+// reads the file, reports the changes, has them applied, stores a copy, and takes the changes back
+// if they are not confirmed. It runs on a separate thread: lines, outputs and the watchdog do not
+// wait for it, and it does not wait long for a disk. `ReloadDisplay` shows the current
+// configuration, `ConfigFile` reads the user's file, and `ConfigCopies` stores copies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,18 +37,19 @@ struct LoadedText {
 
 struct ReloadOptions {
   std::string file;
-  std::function<Result<std::string>()> read;  ///< reads the current text of the file
+  std::function<Result<std::string>()> read;
   /// Parses a text. Paths in the text are relative to the file.
   std::function<LoadedText(const std::string& text)> load;
   /// Sends a state to systemd, as sd_notify does.
   std::function<void(const std::string& state)> notify;
   std::function<std::string()> summary;  ///< describes what runs, for READY=1
-  /// Returns a text without its secrets, or an error if they cannot be found.
+  /// Returns a text without its secrets, or an error if the secrets cannot be found in the text.
   std::function<Result<std::string>(const std::string& text)> masked{};
   std::string text_at_start;
-  std::optional<reload::Refused> refused;   ///< the text of the file, if it was taken back
+  /// The text of the file, if it was taken back before this start.
+  std::optional<reload::Refused> refused;
   std::optional<reload::KeptConfigs> kept;  ///< nothing: there is no state folder
-  Duration disk_patience = 5s;              ///< how long an answer waits for a file
+  Duration disk_patience = 5s;              ///< the longest time that a request waits for the disk
 };
 
 // ReloadDisplay contains the current configuration as outputs show it: its state, its text, and the
@@ -123,10 +124,9 @@ class ConfigCopies {
                std::function<Status()> open_folder);
 
   bool found() const { return kept_ && !kept_->empty(); }
-  /// Returns the path of the folder; empty if there is no folder.
   std::string folder() const { return kept_ ? kept_->folder().string() : std::string(); }
 
-  /// Opens the folder if needed, and writes `texts`.
+  /// Opens the folder, unless it is open, and writes `texts`.
   Status Keep(const reload::KeptTexts& texts);
   /// Writes the copies that differ from `texts`, if the folder is open: a copy may have been
   /// removed or changed, or a full disk may have room again. `seen` gets nothing if the copies are
@@ -156,20 +156,21 @@ class Reloader final : public control::ReloadService {
     /// A text for each port and file that cannot be opened: "listener 0.0.0.0:502: address already
     /// in use".
     std::vector<std::string> troubles;
-    /// Applies the configuration even if a part fails; the gateway applies the part as soon as it
-    /// can. Returns the failed parts.
+    /// Applies the configuration even if a part fails. The gateway tries such a part again until it
+    /// works. Returns the failed parts.
     std::function<std::vector<std::string>()> apply;
   };
   /// Functions of the gateway that the reloader calls on its thread.
   struct Links {
     std::function<std::shared_ptr<const config::Config>()> running;
-    /// Returns whether the gateway stores anything. If not, the state folder is created at the
-    /// first reload.
+    /// Returns whether the gateway stores anything on the disk. If not, the state folder is created
+    /// at the first reload.
     std::function<bool()> keeps;
     std::function<Status()> open_folder;
-    /// Adds to `difference` the changes that need a restart.
+    /// Adds to `difference` what only the outputs and records know: further changed settings,
+    /// changes that need a restart, and the clients of each listener.
     std::function<void(const config::Config& next, reload::Difference& difference)> examine;
-    /// Opens the ports and files that `next` needs in addition.
+    /// Opens the ports that `next` needs in addition to the open ports, and starts its threads.
     std::function<Prepared(config::Config next, const reload::Difference& difference)> prepare;
     std::function<reload::Healths()> healths;
     std::function<void(bool taken_back, const std::string& text)> tell;
@@ -180,7 +181,7 @@ class Reloader final : public control::ReloadService {
   /// Starts the thread. Also stores a copy of the current configuration, if the gateway stores
   /// anything, or has stored a copy before.
   void Start();
-  /// Ends the current work; requests are not answered afterwards. Idempotent.
+  /// Ends the current work. Later requests are not answered. Idempotent.
   void Stop();
 
   // Reload, Confirm and state are thread-safe.

@@ -1,4 +1,4 @@
-// `Ticker` passes the time, five times a second, to parts that have no thread: the point store,
+// `Ticker` calls a function five times a second, for parts that have no thread: the point store,
 // which reports values that have become too old, the correction of clocks, and the records. It runs
 // on a loop that never blocks.
 // SPDX-License-Identifier: Apache-2.0

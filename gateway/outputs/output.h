@@ -57,7 +57,7 @@ class Output {
   };
 
   struct Wish {
-    std::string line;  ///< only the parts that belong to this line; empty: everything
+    std::string line;  ///< only the parts of this line are wanted; empty: all parts
     Now now{};
   };
 
@@ -74,11 +74,11 @@ class Output {
   /// Starts to serve clients, unless Open has already started.
   virtual Status Begin(const Configuration& /*config*/) { return {}; }
 
-  /// Adds to `settings` the changes in `next` that the comparison of keys does not find (e.g. the
+  /// Adds to `settings` the changes in `next` that a comparison of the keys does not find (e.g. the
   /// content of a token file), and to `restart` the changes that only a restart can apply.
   virtual void Examine(const config::Config& /*next*/, std::vector<std::string>& /*settings*/,
                        std::vector<std::string>& /*restart*/) const {}
-  /// Adds the connected clients to the count of their listener (config::Listener::Place).
+  /// Adds the connected clients to the count of their listener (config::Listener::Address).
   virtual void CountClients(std::map<std::string, std::size_t>& /*by_listener*/) const {}
   /// Opens the ports that `next` needs in addition to the open ones. Clients notice nothing.
   virtual std::unique_ptr<Prepared> Prepare(const config::Config& /*next*/) {

@@ -11,7 +11,7 @@ namespace baudgate::outputs {
 namespace {
 
 constexpr std::size_t kDeviceStates = 5;
-/// The histogram has four buckets per octave.
+/// RoundTrips has four buckets per octave (a doubling of the time).
 constexpr std::size_t kOctaves = bus::RoundTrips::kBuckets / 4;
 
 constexpr std::array<std::string_view, bus::kLineUses> kWhy = {"poll",  "probe",   "route",

@@ -47,18 +47,18 @@ class Series {
   std::string text_;
 };
 
-// EachValue calls `add` for each Prometheus value of a table's member: once for a number, several
-// times for an array or a histogram. `label` is a further label, e.g. `outcome="ok"` (empty: no
-// label), `suffix` follows the metric's name, and an empty `value` means that there is no value
-// now.
+// `EachValue` calls `add` for each Prometheus value of one counter in a table
+// (gateway/bus/points/counted.h): once for a number, several times for an array or a histogram.
+// `label` is a further label, e.g. `outcome="ok"` (empty: no label). `suffix` follows the metric's
+// name. An empty `value`: there is no value now.
 
 using AddValue = std::function<void(std::string_view label, std::optional<double> value,
                                     std::string_view suffix)>;
 /// Adds 1 for the present state, and 0 for every other state.
 void EachValue(bus::DeviceState state, const AddValue& add);
-/// Adds the seconds of each LineUse.
 void EachValue(const bus::TimeByUse& times, const AddValue& add);
-/// Adds a histogram in seconds. Each bucket is an octave wide; the last bucket has no upper bound.
+/// Adds a histogram in seconds. Each bucket ends at twice the time of the bucket before; the last
+/// bucket has no upper bound.
 void EachValue(const bus::RoundTrips& trips, const AddValue& add);
 inline void EachValue(bus::LineStatus::Port port, const AddValue& add) {
   add("", port == bus::LineStatus::Port::open ? 1 : 0, "");

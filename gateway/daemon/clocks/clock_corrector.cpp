@@ -19,7 +19,7 @@ namespace {
 
 constexpr Duration kLookInterval = 1s;
 constexpr Duration kAnswerPatience = 30s;
-/// The maximum age of a reading that was requested.
+/// The maximum age of the second reading of the drift.
 constexpr Duration kFresh = 10s;
 /// Two readings of a drift agree if they differ by at most this number of seconds.
 constexpr double kAlike = 2;
@@ -259,8 +259,8 @@ std::optional<bool> AskTimeService(sd_bus& bus) {
 namespace {
 
 constexpr Duration kInterval = 5s;
-// The time service is asked less often, because each question starts a process that stays for a
-// while.
+// The time service is asked less often, because each request starts timedated, which then runs for
+// a while.
 constexpr Duration kServiceInterval = 1min;
 
 /// Returns nothing if this process is not allowed to ask the kernel.

@@ -1,15 +1,15 @@
 // `ClockCorrector` corrects the clocks of devices whose options ask for corrections
-// (protocols/common/clock.h). It acts as a client "gateway" that writes to a point, through the
-// same gate, audit and queue as any client. For each device, once a second:
+// (protocols/common/clock.h). It writes to a point as a client named "gateway", through the same
+// gate, audit and queue as any client. For each device, once a second:
 //
-//   this machine's clock is right, the hour allows it, and the last try is 25 hours ago
-//   clock_drift is good and large enough  → clock_drift is read once more, now
-//   both readings agree                   → the time of the try is written to the disk
-//   the time is on the disk               → clock_correction is written, or an event says why not
+//   1. This machine's clock is right, the hour allows a correction, the last try was 25 hours ago,
+//      and clock_drift is good and large enough → clock_drift is read once more, now.
+//   2. Both readings agree → the time of the try is written to the disk.
+//   3. The time is on the disk → clock_correction is written, or an event says why not.
 //
-// The next try is 25 hours later, whatever the result and also after a restart. It is then on
-// another day of the device's clock even when summer time ends. A try that cannot be recorded is
-// not made. `HostClock` checks whether this machine's clock is right.
+// The next try is 25 hours later, whatever the result, and also after a restart: so it is on
+// another day of the device's clock even when summer time ends. A try whose time cannot be written
+// to the disk is not made. `HostClock` checks whether this machine's clock is right.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,8 +38,8 @@ namespace baudgate::daemon {
 class ClockCorrector {
  public:
   static constexpr Duration kBetweenTries = std::chrono::hours(25);
-  /// The time to the next reading after a reading that failed, or that disagreed with the reading
-  /// before.
+  /// The time from a reading that failed, or disagreed with the reading before, to the next
+  /// reading.
   static constexpr Duration kBetweenReads = std::chrono::minutes(10);
 
   struct Links {
@@ -59,7 +59,7 @@ class ClockCorrector {
   void OnReload(const config::Config& config);
   void OnHostClock(bool right);
   void Tick(Now now);
-  /// No correction begins or continues after this call.
+  /// Tick does nothing after this call.
   void Stop();
 
  private:
@@ -97,7 +97,7 @@ class ClockCorrector {
   const Links links_;
   Mutex mutex_;
   bus::WriteGate gate_ BAUDGATE_GUARDED_BY(mutex_);
-  // Null: no device asks for corrections.
+  // Null: no device asks for corrections, or there is no state folder.
   std::unique_ptr<records::DeviceMemory> tries_ BAUDGATE_GUARDED_BY(mutex_);
   std::uint32_t devices_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   bool right_ BAUDGATE_GUARDED_BY(mutex_) = false;

@@ -24,10 +24,10 @@ const config::Line* Find(const config::Config& config, const std::string& name) 
   return found == config.lines.end() ? nullptr : &*found;
 }
 
-/// Clears the settings that can change while the line continues. The poller, the roster and
-/// EventPath use the configuration with which the line was started, so a field that one of them
+/// Clears the settings that can change while the line continues. The poller, the roster of devices
+/// and EventPath use the configuration with which the line was started, so a field that one of them
 /// reads must not be cleared here. `alarms` is the exception, because EventPath gets the rules of
-/// alarms again at each reload (Renumber).
+/// alarms again at each reload.
 void WithoutWhatChangesInPlace(config::Line& line) {
   line.alarms = {};
   for (config::Device& device : line.devices) {
@@ -37,7 +37,8 @@ void WithoutWhatChangesInPlace(config::Line& line) {
     device.max_age.reset();
     device.dead_age.reset();
     for (config::Point& point : device.points) {
-      point.modbus.reset();  // a point without a register is still polled
+      // A point without a register is still polled.
+      point.modbus.reset();
       point.table = {};
       point.deadband = 0;
       point.description = {};
@@ -147,7 +148,7 @@ void CompareKey(std::string_view key, const Section& was, const Section& is,
     });
   } else if (key != "lines" && key != "modbus" && key != "history" && !config::Same(was, is)) {
     (key == "gateway.alarms" ? difference.settings : difference.restart).emplace_back(key);
-  }  // lines, modbus and history are compared elsewhere
+  }  // other functions compare lines, modbus and history
 }
 
 void CompareHistory(const config::Config& running, const config::Config& next,
@@ -187,7 +188,7 @@ std::string SentenceOf(const LineChange& line) {
   return {};
 }
 
-/// Appends text such as "1 listener new, 2 listeners removed". `anew` is the word for changed
+/// Appends text such as "1 listener new, 2 listeners changed". `anew` is the word for changed
 /// items.
 template <typename Change>
 void SumUp(const std::vector<Change>& changes, std::string_view name, std::string_view anew,
@@ -282,7 +283,8 @@ config::Line Empty(const config::Line& line) {
   return empty;
 }
 
-/// The new number for each old number of the lines and devices of one file.
+/// Maps the number of each line and device in the file to its number in the placed configuration
+/// (Placement).
 struct Numbers {
   std::map<std::size_t, std::size_t> lines;
   std::map<std::uint32_t, std::uint32_t> devices;

@@ -1,7 +1,7 @@
-// `Difference` contains what a new configuration changes in the current one, in the same words for
-// the answer, the log and `baudgate reload --dry-run`. Lines are compared by name; their order in
-// the file does not matter. PlaceInSlots assigns numbers to lines and devices. Nothing here does
-// I/O.
+// `Difference` contains what a new configuration changes in the running configuration. The reply to
+// a reload, the log and `baudgate reload --dry-run` show it in the same words. Lines are compared
+// by name; their order in the file does not matter. `PlaceInSlots` assigns numbers to lines and
+// devices. No I/O.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,26 +38,27 @@ Difference Compare(const config::Config& running, const config::Config& next);
 
 /// Returns one sentence per change: "line bay-1: restarts: port".
 std::vector<std::string> Sentences(const Difference& difference);
-/// Returns "1 line new, 1 line restarted; 12 lines untouched".
+/// Returns e.g. "1 line new, 1 line restarted; 12 lines untouched".
 std::string Summary(const Difference& difference);
-/// Returns "only a restart can change dds.domain, gateway.name"; nothing if no restart is needed.
+/// Returns e.g. "only a restart can change dds.domain, gateway.name"; nothing if no restart is
+/// needed.
 std::optional<std::string> WhyNot(const Difference& difference);
 
-// Placement contains the numbers of lines and devices after a reload: a line that continues keeps
+// `Placement` contains the numbers of lines and devices after a reload: a line that continues keeps
 // its number, a line that ends leaves an empty place, and a line that starts gets the next number.
 //
-//   running        file            slots
+//   running        file            after the reload
 //   0 bay-1        bay-2           0 (empty, with as many nameless devices as before)
 //   1 bay-2        bay-3           1 bay-2
 //                                  2 bay-3
-//
 struct Placement {
-  /// The configuration `next` with its lines at their places. Routes, interlocks and the history,
+  /// The configuration `next` with each line at its new number. Routes, interlocks and the history,
   /// which refer to lines and devices by number, contain the new numbers.
   config::Config config;
   std::vector<std::uint32_t> gone;
-  std::vector<std::uint32_t> updated;  ///< lines that continue with changed settings
-  std::vector<std::uint32_t> begun;    ///< lines that must start, at the end of config.lines
+  /// Lines that continue with changed settings, or with new numbers in their interlocks.
+  std::vector<std::uint32_t> updated;
+  std::vector<std::uint32_t> begun;  ///< lines that must start, at the end of config.lines
 };
 
 /// `difference` is the result of Compare(running, next); it must not contain a setting that needs a

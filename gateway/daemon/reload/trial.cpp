@@ -43,8 +43,6 @@ std::string KeptConfigs::why_taken_back() const {
   return ReadWhole(why_file()).value_or(std::string());
 }
 
-/// If the copy of the trial is empty or cannot be read, every text except the confirmed text is
-/// unconfirmed. If the copy of the confirmed text is empty or cannot be read as well, no text is.
 bool KeptConfigs::IsUnconfirmed(const std::string& text) const {
   if (!IsThere(trial_file())) return false;
   const auto on_trial = ReadWhole(trial_file());

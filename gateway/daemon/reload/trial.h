@@ -60,7 +60,7 @@ class KeptConfigs {
   std::string why_taken_back() const;
   /// True if `text` is on trial, or was taken back: a start then loads the confirmed text instead.
   /// If the copy of the trial is empty or cannot be read, every text except the confirmed text is
-  /// unconfirmed.
+  /// unconfirmed; if neither copy can be used, no text is.
   bool IsUnconfirmed(const std::string& text) const;
 
   /// Writes the texts that differ in the folder, and removes files that are not in `wanted`.
@@ -116,7 +116,7 @@ class Probation {
   std::map<std::string, Instant> well_;
 };
 
-/// A text that was applied, and its configuration with the profiles of that time.
+/// A text that was applied, and the configuration that was loaded from it, with its profiles.
 struct Applied {
   std::string text;
   std::shared_ptr<const config::Config> config;

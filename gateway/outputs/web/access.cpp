@@ -26,7 +26,7 @@ constexpr std::size_t kShortestToken = 16;
 
 class OpenFile {
  public:
-  /// Opens a file without waiting: with O_NONBLOCK, opening a pipe does not wait for its writer.
+  /// Opens a file. With O_NONBLOCK, opening a pipe does not wait for its writer.
   explicit OpenFile(const std::string& file)
       : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
   ~OpenFile() {
@@ -79,8 +79,8 @@ Result<std::string> ReadToken(const std::string& file) {
 
 namespace {
 
-/// Returns the name or address without the port: "gate:8502" → "gate", "[::1]:8502" → "::1". Empty:
-/// `host` is not a host name or address.
+/// Returns the name or address in a Host header without the port: "gate:8502" → "gate",
+/// "[::1]:8502" → "::1". Empty: the port is invalid or a bracket is missing.
 std::string NameOf(std::string_view host) {
   std::string_view name = host.substr(0, host.find(':'));
   std::string_view port = host.substr(name.size());
@@ -111,8 +111,8 @@ bool IsOurs(const config::Web& web, const Request& request, const std::string& h
   return name == "localhost" && IsLoopbackPeer(request.peer);
 }
 
-/// True if the browser opens the page itself. Any link is allowed to open the page, because it
-/// contains no data.
+/// True if the browser opens the page itself. A link on any site may open the page, because the
+/// page contains no data.
 bool OpensAPage(const Request& request) {
   return request.method == "GET" && request.Header("sec-fetch-mode") == "navigate" &&
          request.Header("sec-fetch-dest") == "document" && !request.path.starts_with("/api/") &&
@@ -205,7 +205,7 @@ std::string NewSession() {
   return text;
 }
 
-/// Compares two secrets. The time does not depend on the position of the first difference.
+/// Compares two secrets in a time that does not depend on the position of the first difference.
 bool SameSecret(std::string_view a, std::string_view b) {
   unsigned different = a.size() == b.size() ? 0 : 1;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -428,7 +428,7 @@ Response Access::Session(const Request& request, Instant now) {
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
-  json["version"] = in ? version_ : "";  // clients that are not logged in do not need the version
+  json["version"] = in ? version_ : "";  // hidden from clients that are not logged in
   json["history"] = history_;
   json["events"] = events;
   return TextResponse(200, kJson, json.dump());

@@ -1,6 +1,6 @@
-// `Access` decides which requests are accepted, by address, method and login, and handles login,
-// session and logout. Any thread may call it. `ReadToken` reads the token, `IsAllowed` checks the
-// address, and `Logins` contains the sessions.
+// `Access` decides which requests are accepted, by address, method and login. It answers requests
+// for login, session and logout. Any thread may call it. `ReadToken` reads the token, `IsAllowed`
+// checks the address, and `Logins` contains the sessions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,13 +23,13 @@
 namespace baudgate::web {
 
 /// Returns the first line of the file: the token that HTTP clients must send. An error if the file
-/// cannot be read, other users can read it (it needs mode 0600), the token is too short, …; the
-/// error contains the remedy.
+/// cannot be read, other users can read it (it needs mode 0600), or the token is too short or too
+/// long; the error contains the remedy.
 Result<std::string> ReadToken(const std::string& file);
 
 // Refusal decides before any login, by the client's address and by the Origin and Host headers of a
-// browser. It prevents a page from outside (DNS rebinding), or a page on another port of this
-// machine, from using a browser inside the network to send requests.
+// browser. It prevents a web page of another site (DNS rebinding), or of another port of this
+// machine, from sending requests through a browser inside the network.
 
 /// Returns the answer that refuses the request; nothing: the request is accepted.
 std::optional<Response> Refusal(const config::Web& web, const Request& request);
@@ -87,7 +87,7 @@ class Logins {
   const std::string cookie_;
   mutable Mutex mutex_;
   std::optional<std::string> token_ BAUDGATE_GUARDED_BY(mutex_);
-  /// End time of each session.
+  /// The end time of each session, by the random number of its cookie.
   std::map<std::string, Instant> sessions_ BAUDGATE_GUARDED_BY(mutex_);
   struct Failure {
     std::uint64_t host = 0;
@@ -112,8 +112,8 @@ class Access {
   /// Returns Request::forwarded_for of the request.
   std::string ClientBehind(const Request& request) const { return ForwardedFor(*web(), request); }
   std::optional<Response> Refuse(const Request& request, Instant now);
-  /// Answers requests for login, logout, session and acknowledgements that are not allowed; returns
-  /// nothing if another part must answer the request.
+  /// Answers requests for login, logout and session, and acknowledgements that are not allowed.
+  /// Returns nothing if another part must answer the request.
   std::optional<Response> Answer(const Request& request, Instant now);
 
  private:

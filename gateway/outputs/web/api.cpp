@@ -74,7 +74,7 @@ Response StreamResponse(std::shared_ptr<Stream> stream) {
   Response response;
   response.type = "text/event-stream";
   response.stream = std::move(stream);
-  // Else nginx would withhold the first 4 KB.
+  // Without this header, nginx would withhold the first 4 KB of a stream.
   response.headers.emplace_back("X-Accel-Buffering", "no");
   return response;
 }
@@ -292,7 +292,8 @@ Json RowsJson(const history::Chart& chart) {
 
 }  // namespace
 
-/// A CSV table that is read from the disk page by page, as fast as the client receives it.
+/// A CSV table of the history. It is read from the disk page by page, as fast as the client
+/// receives it.
 class PastApi::Download final : public Stream, public std::enable_shared_from_this<Download> {
  public:
   Download(std::weak_ptr<PastApi*> api, asio::io_context& io, Json ask)
@@ -401,7 +402,7 @@ Response PastApi::History(const Request& request, Now now) {
   if (query.since >= query.until || query.until - query.since > kMost || query.since < 0) {
     return Problem(400, "'since_ms' must be before 'until_ms', by at most twenty years");
   }
-  // The answer of the control socket contains the reason why a point has no history.
+  // If there is no history, the answer to the control command "history" contains the reason.
   const auto gateway = handler_.gateway();
   if (!gateway->info.history)
     return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));

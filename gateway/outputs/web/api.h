@@ -18,15 +18,16 @@
 
 namespace baudgate::web {
 
-/// A query parameter of the URL and the member of the control request that it becomes.
+/// A query parameter of the URL, and the member of the control request that it becomes (null: the
+/// same name).
 struct Part {
   const char* query;
   bool number = false;
   const char* member = nullptr;
 };
 
-/// Returns the control request. The error contains a value that is not a number, or an unknown
-/// parameter.
+/// Converts an HTTP request to a control request. An error: a parameter is unknown, or its value is
+/// not a number.
 Result<status::Json> AskOf(const Request& request, std::string_view command,
                            std::initializer_list<Part> parts);
 
@@ -57,16 +58,16 @@ class LiveApi {
 
   /// Answers a request. False: the request is not for LiveApi.
   bool Answer(const Request& request, Now now, const Answered& answered);
-  /// Acknowledges the alarms that the request names. "web:" and the client's address are recorded
-  /// as the person. `answered` can be called later.
+  /// Acknowledges the alarms that the request names. The event records "web:" and the client's
+  /// address as the origin. `answered` can be called later.
   void Acknowledge(const Request& request, const Answered& answered);
-  /// To be called at a reload, with the new configuration and history. Ends all streams.
+  /// Must be called at a reload, with the new configuration and history. Ends all streams.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
-  /// Sends changes to viewers. To be called each LivePoints::kTick while there is a viewer. False:
-  /// there is no viewer.
+  /// Sends changes to viewers. Must be called each LivePoints::kTick while there is a viewer.
+  /// False: there is no viewer.
   bool Tick(Now now);
-  /// Sends the heartbeat of traces. To be called each second.
+  /// Sends the heartbeat of traces. Must be called each second.
   void Beat();
   void EndStreams();
 
@@ -113,8 +114,8 @@ class PastApi {
   /// Answers a request. False: the request is not for PastApi.
   bool Answer(const Request& request, Now now, const Answered& answered);
   static bool Has(std::string_view path);
-  /// To be called at a reload; any thread may call it. A page that is being read still uses the old
-  /// history.
+  /// Must be called at a reload; any thread may call it. A request that is being answered still
+  /// uses the old history.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history) {
     handler_.Apply(std::move(config), std::move(history));
@@ -131,7 +132,7 @@ class PastApi {
   asio::io_context& io_;
   NoWrites no_writes_;
   control::RequestHandler handler_;
-  // Lets downloads detect that this object has ended.
+  // Downloads hold weak pointers to this pointer, so they detect that this object was destroyed.
   std::shared_ptr<PastApi*> alive_ = std::make_shared<PastApi*>(this);
 };
 

@@ -108,8 +108,8 @@ std::string LocalAddress(int socket) {
 MHD_Result AddHeader(void* to, MHD_ValueKind, const char* key, const char* value) {
   auto& headers = *static_cast<std::map<std::string, std::string>*>(to);
   const auto [found, is_new] = headers.emplace(Lower(key), value == nullptr ? "" : value);
-  // The values of repeated headers are joined. So a repeated header is refused where only one value
-  // is valid.
+  // Repeated headers are joined to one value, which is then refused if the header must have a
+  // single value.
   if (!is_new) found->second += std::string(", ") + (value == nullptr ? "" : value);
   return MHD_YES;
 }
@@ -177,7 +177,7 @@ ssize_t ReadStream(void* kept, std::uint64_t, char* into, std::size_t most) {
 }
 void FreeStream(void* kept) { delete static_cast<Kept*>(kept); }
 
-/// Holds the bytes of an answer, and counts them in `all`, until they have been sent.
+/// Keeps the bytes of an answer, and counts them in `all`, until they have been sent.
 struct Owner {
   Owner(const Response& response, BytesUnderWay bytes)
       : held(response.owner), size(response.body.size()), all(std::move(bytes)) {

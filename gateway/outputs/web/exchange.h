@@ -1,7 +1,7 @@
 // `Exchange` is one HTTP request and its answer on a connection of libmicrohttpd. The server's
-// thread requests the answer, or the next bytes of a stream; any thread can supply them. Until then
-// the connection is suspended; only suspended connections may be resumed. `RequestOf` reads the
-// request, and `Send` sends the answer.
+// thread takes the answer, or the next bytes of a stream; any thread can supply them. The
+// connection is suspended until they are supplied. `RequestOf` reads the request, and `Send` sends
+// the answer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,27 +26,27 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   Exchange(MHD_Connection* connection, Request its_request)
       : request(std::move(its_request)), connection_(connection) {}
 
-  // Only the server's thread may use the following members.
+  // The server's thread alone may use the following members.
 
   Request request;
   std::uint64_t connection_id = 0;
-  bool asked = false;  ///< the handler has received the request
-  /// Returns the answer. If there is none yet, returns nothing and suspends the connection until
-  /// Answer or End is called.
+  bool asked = false;  ///< true: the handler has received the request
+  /// Returns the answer. If there is no answer yet, returns nothing and suspends the connection
+  /// until Answer or End is called.
   std::optional<Response> TakeOrSuspend();
-  /// From now on, the answer is read from `stream`, whose wake function wakes the exchange.
+  /// Takes the stream from which the answer is read. The stream's wake function calls Wake.
   void Attach(std::shared_ptr<Stream> stream);
   /// Reads from the stream as Stream::Read does. If Read returns 0, suspends the connection.
   std::ptrdiff_t Read(std::span<char> into);
-  /// To be called when the answer was sent or the connection has ended.
+  /// Must be called when the answer was sent or the connection has ended.
   void Complete();
 
   // Any thread may call the following functions.
 
   void Answer(Response response);
-  /// To be called when the stream has bytes again.
+  /// Must be called when the stream has bytes again.
   void Wake();
-  /// To be called when the server stops. After this, the connection is not suspended any more.
+  /// Must be called when the server stops. The connection is not suspended any more.
   void End();
 
  private:
@@ -70,12 +70,12 @@ int SocketOf(MHD_Connection* connection);
 std::string PeerOf(MHD_Connection* connection);
 
 /// Decodes escapes in place (e.g. "%41" becomes A) and returns the new length. "%00" is not
-/// decoded, because a zero byte would end the text for the library.
+/// decoded, because a zero byte would end the text for libmicrohttpd.
 std::size_t Unescape(void*, MHD_Connection*, char* text);
 
 using BytesUnderWay = std::shared_ptr<std::atomic<std::size_t>>;
 
-/// Sends an answer, with the headers of every answer. `last`: the connection is closed after it.
+/// Sends an answer. `last`: the connection is closed after it.
 MHD_Result Send(MHD_Connection* connection, const Response& response,
                 const std::shared_ptr<Exchange>& exchange, const BytesUnderWay& bytes, bool last);
 

@@ -179,8 +179,8 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
 
 Status HttpServer::Impl::Start(transports::ListenSocket socket) {
   const int listening = socket.Release();
-  // The library's limit is greater than at_all, so that a client beyond at_all gets 503 instead of
-  // waiting without an answer.
+  // The library's limit is greater than Limits::at_all, so that a further client gets 503 instead
+  // of waiting without an answer.
   const auto most = static_cast<unsigned>(limits_.at_all * 2);
   daemon_ = MHD_start_daemon(
       MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, nullptr,

@@ -1,6 +1,6 @@
 // `HttpServer` serves HTTP on one port: libmicrohttpd with one thread and epoll. Requests are
-// passed to a handler, which can answer later and on any thread; the connection is suspended
-// meanwhile. A slow reader cannot delay others: the kernel's buffer for each connection is small,
+// passed to a handler, which can answer later and on any thread; the connection is suspended until
+// then. A slow reader cannot delay other clients: the kernel's buffer for each connection is small,
 // and a client that accepts no byte for five seconds is disconnected. No lock is held while bytes
 // are sent. `Connections` decides which connections may stay open.
 // SPDX-License-Identifier: Apache-2.0
@@ -36,11 +36,11 @@ struct Limits {
   Duration answer = 1min;  ///< time in which the client must read an answer; streams have no limit
   /// Bytes of all answers that are being sent; beyond this number, requests get 503.
   std::size_t answers = 64 * 1024 * 1024;
-  std::size_t body = 4096;      ///< longest body of a request in bytes
-  std::size_t header = 8192;    ///< memory per connection in bytes, which limits the header
+  std::size_t body = 4096;  ///< longest body of a request in bytes
+  /// Memory per connection in bytes; it limits the length of the header.
+  std::size_t header = 8192;
   int send_buffer = 32 * 1024;  ///< size of the kernel's send buffer per connection in bytes
 
-  /// Returns limits whose number of connections fits `descriptors` file descriptors.
   static Limits Of(std::size_t descriptors);
 };
 
@@ -59,9 +59,9 @@ class Connections {
   /// clients or of this host are being answered, so the caller must answer 503.
   bool Begin(Id id, const std::string& client, Instant now);
   void Stream(Id id);
-  /// To be called when the answer has ended. The time for the next request begins.
+  /// Must be called when the answer has ended. The time for the next request begins.
   void End(Id id, Instant now);
-  /// Returns the connections that send their request or read their answer too slowly.
+  /// Returns the connections that send their request or read their answer too slowly (Limits).
   std::vector<Id> Overdue(Instant now) const;
 
   std::size_t size() const { return all_.size(); }
@@ -88,7 +88,7 @@ class HttpHandler {
   /// Called on the server's thread when the header has arrived, before the body. Returns an answer
   /// to refuse the request; nothing: the request is accepted.
   virtual std::optional<Response> Refuse(const Request& request) = 0;
-  /// Called on the server's thread when the body has arrived. Must not wait. `answered` can be
+  /// Is called on the server's thread when the body has arrived. Must not wait. `answered` can be
   /// called before Handle returns.
   virtual void Handle(const Request& request, Answered answered) = 0;
 };
@@ -103,7 +103,7 @@ class HttpServer {
   /// Ends all answers and closes the port. Answers that come later are dropped. Further calls do
   /// nothing.
   void Stop();
-  /// Closes connections that are too slow. To be called about once a second.
+  /// Closes connections that are too slow. Must be called about once a second.
   void EndOverdue(Instant now);
   std::size_t connections() const;
 

@@ -222,8 +222,8 @@ LivePoints::AlarmCounts LivePoints::CountAlarms() const {
   return {state.alarms_active, state.alarms_unacknowledged, state.newest};
 }
 
-/// Returns the event with the numbers of alarms and the newest unacknowledged alarm; if all are
-/// acknowledged, the newest alarm.
+/// Returns the event with the numbers of alarms and the newest unacknowledged alarm. If all alarms
+/// are acknowledged, it contains the newest alarm.
 std::string LivePoints::AlarmsEvent() const {
   using Json = nlohmann::ordered_json;
   std::vector<events::Alarm> alarms;
@@ -249,7 +249,8 @@ std::ptrdiff_t LiveTrace::Read(std::span<char> into) {
     const std::vector<records::TraceRecord> records = queue_->Take();
     for (const records::TraceRecord& record : records) Append(frames_.Take(ToText(record)));
     if (beat_.exchange(false)) {
-      // The pauses within a frame are shorter than a beat, so a frame that still waits is complete.
+      // No record has arrived for a beat (1 s). Pauses within a frame are shorter, so the frame
+      // that still waits is complete.
       if (records.empty() && frames_.waits()) Append(frames_.Flush());
       text_ += "event: beat\ndata: {}\n\n";
     }

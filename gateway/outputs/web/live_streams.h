@@ -1,7 +1,7 @@
 // `Frames` contains the frames for all viewers of the same points; each frame is made once and
-// shared. Each viewer has the number of its next frame, and no queue. If a viewer is so slow that
-// its next frame was deleted, it gets a snapshot instead. `LivePoints` streams points, and
-// `LiveTrace` streams the bytes of a line.
+// shared. A viewer has no queue, only the number of its next frame. If that frame has already been
+// deleted, the viewer is too slow and gets a snapshot. `LivePoints` streams points, and `LiveTrace`
+// streams the bytes of a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,9 +31,8 @@ class Frames {
   static constexpr std::size_t kMostFrames = 25;
   static constexpr std::size_t kMostBytes = 4 * 1024 * 1024;
 
-  /// Adds a frame. Viewers get it after all earlier frames.
   void Push(std::string text);
-  /// Sets the frame with the current state, which includes the changes of all frames so far.
+  /// Sets the snapshot: a frame with the present state, which replaces all earlier frames.
   void SetSnapshot(std::string text);
   void End(std::string farewell);
   bool wants_snapshot() const;
@@ -51,7 +50,7 @@ class Frames {
   std::size_t bytes_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::uint64_t first_ BAUDGATE_GUARDED_BY(mutex_) = 1;  ///< number of the frame frames_.front()
   Text snapshot_ BAUDGATE_GUARDED_BY(mutex_);
-  /// The number of the first frame after the snapshot.
+  /// The number of the first frame that the snapshot does not include.
   std::uint64_t after_snapshot_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   bool wanted_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool ended_ BAUDGATE_GUARDED_BY(mutex_) = false;
@@ -59,7 +58,7 @@ class Frames {
 
 // `LivePoints` streams points as server-sent events: first a snapshot, then changes at most five
 // times a second, and a heartbeat each second. A frame is made once for all viewers of the same
-// points, and only if there is a viewer. One thread uses LivePoints; another thread can read the
+// points, and only if there is a viewer. One thread uses LivePoints; another thread can read its
 // streams.
 class LivePoints {
  public:
@@ -76,11 +75,11 @@ class LivePoints {
   /// Adds a viewer of all points, or of one device's points. Null: too many different devices are
   /// viewed.
   std::shared_ptr<Stream> Join(std::optional<std::uint32_t> device, Now now);
-  /// Sends changes and heartbeats. To be called each kTick while there is a viewer. False: there is
-  /// no viewer any more.
+  /// Sends changes and heartbeats. Must be called each kTick while there is a viewer. False: there
+  /// is no viewer any more.
   bool Tick(Now now);
   bool watched() const { return !channels_.empty(); }
-  /// Ends all streams. To be called at a reload, because points then get other numbers.
+  /// Ends all streams. Must be called at a reload, because points then get other numbers.
   void EndAll();
 
  private:
@@ -118,7 +117,7 @@ class LivePoints {
 class LiveTrace final : public Stream {
  public:
   explicit LiveTrace(diagnosis::Decoders decoders) : frames_(std::move(decoders)) {}
-  /// Sets the queue of the trace records. To be called before the first Read.
+  /// Sets the queue of the trace records. Must be called before the first Read.
   void SetQueue(std::shared_ptr<records::TraceQueue> queue) { queue_ = std::move(queue); }
 
   std::ptrdiff_t Read(std::span<char> into) override;

@@ -15,7 +15,7 @@ namespace baudgate::web {
 namespace {
 
 // The names of metrics are a public contract (docs/metrics.md). The names for lines and devices are
-// in the tables of their counters.
+// in VisitFields of bus::LineStatus and bus::DeviceStatus.
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 

@@ -12,9 +12,8 @@
 
 namespace baudgate::web {
 
-/// Returns the largest number of time series while all points are good. Series about Modbus
-/// requests are not included, because a listener has one series for every function and exception
-/// that it has answered.
+/// Returns the number of time series when all points are good, which is the largest number. Series
+/// of Modbus routes and requests are not included.
 std::size_t SeriesOf(const config::Config& config);
 
 std::string MetricsText(const config::Config& config, const bus::PointStore& store,

@@ -30,7 +30,8 @@ class PointNumbers {
 struct PointFilter {
   std::string line{};
   std::optional<std::uint32_t> device{};
-  /// Part of LINE.DEVICE.POINT or of the description; upper and lower case are equal.
+  /// Selects points whose LINE.DEVICE.POINT or description contains this text, in upper or lower
+  /// case.
   std::string text{};
 };
 

@@ -38,14 +38,14 @@ struct Request {
   }
 };
 
-/// An answer that is sent piece by piece. Read is called on one thread. SetWake is called before
-/// the first Read; the wake function may be called on any thread.
+/// An answer that is sent piece by piece. One thread calls Read, after SetWake was called. The wake
+/// function may be called on any thread.
 class Stream {
  public:
   virtual ~Stream() = default;
   static constexpr std::ptrdiff_t kEnd = -1;
-  /// Writes bytes to `into` and returns their number; 0: there are none now, and `wake` will be
-  /// called; kEnd: the stream has ended.
+  /// Writes bytes to `into` and returns their number. 0: there are no bytes now, and `wake` will be
+  /// called later. kEnd: the stream has ended.
   virtual std::ptrdiff_t Read(std::span<char> into) = 0;
   virtual void SetWake(std::function<void()> wake) = 0;
 };
@@ -57,7 +57,7 @@ struct Response {
   std::string_view body{};
   /// Keeps the bytes of `body` alive; null: the bytes are constants.
   std::shared_ptr<const void> owner{};
-  std::shared_ptr<Stream> stream{};  ///< replaces the body
+  std::shared_ptr<Stream> stream{};  ///< null: `body` is the answer
 };
 
 /// Takes the answer to a request. It is called once, on any thread.

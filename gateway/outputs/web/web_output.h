@@ -20,21 +20,20 @@ namespace baudgate::web {
 
 class WebOutput final : public outputs::Output {
  public:
-  /// File descriptors that the web server needs if it is on: web::Limits::at_all, and some spare
-  /// ones.
+  /// The file descriptors that the web server needs if it is on: web::Limits::at_all and a reserve.
   static constexpr std::size_t kDescriptors = 352;
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.viewers = config.web.on ? kDescriptors : 0};
   }
-  /// The objects that `links` refers to must outlive this object.
+  /// The objects to which `links` refers must outlive this object.
   WebOutput(web::LiveApi::Links links, const web::Limits& limits)
       : links_(std::move(links)), limits_(limits) {}
 
   std::string_view name() const override { return "web"; }
   Status Open(const Configuration& config) override;
   Status Begin(const Configuration& config) override;
-  /// Adds the token to `settings` if the token file contains another token than the one in use, or
-  /// no valid token.
+  /// Adds the token to `settings` if the token file contains another token than the running server
+  /// has, or no valid token.
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;
   std::unique_ptr<Prepared> Prepare(const config::Config& next) override;

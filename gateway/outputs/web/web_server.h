@@ -24,37 +24,36 @@ namespace baudgate::web {
 
 struct PackedFile {
   std::string_view path;  ///< path in the URL, e.g. "/index.html"
-  const char* begin;      ///< first byte of the file in gzip form
+  const char* begin;
   const char* end;
 };
 std::span<const PackedFile> PackedFiles();
 
 std::optional<Response> AssetResponse(const Request& request);
 
-/// Returns the content type by the end of the name, e.g. "text/css; charset=utf-8" for
-/// "/style.css".
 std::string_view TypeOf(std::string_view path);
 
 class WebServer final : public HttpHandler {
  public:
   struct Opened {
-    transports::ListenSocket socket{};   ///< not open: the server continues to use its port
+    /// Not open: the server keeps its port.
+    transports::ListenSocket socket{};
     std::optional<std::string> token{};  ///< empty: no login is needed
   };
-  /// Opens a listening socket. `at` must be an address of this machine, not a name.
+  /// Opens a listening socket. `at` must contain an address of this machine, not a name.
   static Result<transports::ListenSocket> ListenAt(const config::HostPort& at);
   /// Reads the token and opens the port for `next`. These steps can fail, so a reload does them
-  /// before it changes anything. `now`: the settings of the server that runs; null: no server runs.
+  /// before it changes anything. `now`: the settings of the running server; null: no server runs.
   static Result<Opened> Open(const config::Web& next, const config::Web* now);
 
-  /// Starts to serve. References in `links` must stay valid for the lifetime of the server.
+  /// Starts to serve. References in `links` must remain valid while the server exists.
   static Result<std::unique_ptr<WebServer>> Start(
       const std::shared_ptr<const config::Config>& config, Opened opened, LiveApi::Links links,
       const Limits& limits = {});
   ~WebServer() override;
 
   /// Applies a reload; when Apply returns, the new settings are in use. If `opened` contains a
-  /// socket, the server moves to its port. After an error the server still uses the old port.
+  /// socket, the server moves to its port. If the move fails, the server still uses the old port.
   Status Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
                const std::shared_ptr<const history::HistorySource>& history);
   void ApplyHistory(const std::shared_ptr<const config::Config>& config,
@@ -81,7 +80,7 @@ class WebServer final : public HttpHandler {
   PastApi past_;
   asio::steady_timer tick_{live_loop_.io()};
   asio::steady_timer look_{live_loop_.io()};
-  bool ticking_ = false;  // a call of Tick is scheduled; used on the live loop only
+  bool ticking_ = false;  // true: a call of Tick is scheduled; used on live_loop_ only
   std::atomic<std::size_t> waiting_ = 0;
   std::unique_ptr<HttpServer> http_;
 };

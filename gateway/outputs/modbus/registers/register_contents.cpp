@@ -10,7 +10,7 @@ namespace baudgate::modbus {
 
 namespace {
 
-/// The quality that replaces "good" if the registers of the point cannot hold its value.
+/// Shown in place of a good or uncertain quality if the point's registers cannot hold its value.
 constexpr Quality kDoesNotFit{Quality::bad_configuration, Reason::out_of_range};
 
 std::uint64_t Count(Duration duration, Duration unit) {
@@ -24,15 +24,15 @@ std::uint16_t AgeRegister(const bus::DeviceRecord& record, std::uint32_t point, 
 }
 
 bool FitsRegisters(const config::Point& point, config::WordOrder order, const Value& value) {
-  // The largest number has 64 bits, which is 4 registers; texts always fit.
+  // A number has at most 64 bits (4 registers). EncodeRegisters cuts a long text, so a text fits.
   std::array<std::uint16_t, 4> scratch;
   if (point.type == config::Type::string) return HasValue(value);
   return EncodeRegisters(point, order, value,
                          std::span(scratch).first(config::RegisterCount(point)));
 }
 
-/// Returns the quality that clients read. If the registers cannot hold a good value, it is a fault
-/// of the configuration.
+/// Returns the quality that clients read: kDoesNotFit if the stored value is good or uncertain, but
+/// the registers or the bit cannot hold it.
 Quality ShownQuality(const bus::DeviceRecord& record, std::uint32_t index, Instant now) {
   const Quality quality = QualityAt(record, index, now);
   if (IsBad(quality)) return quality;
@@ -45,8 +45,8 @@ Quality ShownQuality(const bus::DeviceRecord& record, std::uint32_t index, Insta
   return fits ? quality : kDoesNotFit;
 }
 
-/// Writes the value, or its replacement if the quality is bad, to `out`. False: the request must be
-/// answered with an exception. A good value is encoded only once.
+/// Writes to `out` what Show chooses: the value, the point's substitute or "no value". Returns
+/// false if the request must be answered with an exception.
 bool FillValue(const bus::DeviceRecord& record, std::uint32_t index, Instant now,
                std::span<std::uint16_t> out) {
   const config::Point& point = record.device->points[index];
@@ -98,7 +98,8 @@ GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& co
   block[5] = Saturated<std::uint16_t>(info.devices_online);
   block[6] = Saturated<std::uint16_t>(counters.clients);
   block[7] = Saturated<std::uint16_t>(info.lines_up);
-  // These counters wrap to 0, like those of the device block: a client computes differences.
+  // These counters wrap to 0 after 2^32 - 1 instead of staying there, because clients compute
+  // differences.
   Put32(block, 8, static_cast<std::uint32_t>(counters.requests));
   Put32(block, 10, static_cast<std::uint32_t>(counters.exceptions));
   return block;
@@ -121,7 +122,8 @@ ExceptionCode FillRegisters(const bus::DeviceRecord& record, std::span<const Pie
       case Area::status:
         FillFromBlock(DeviceBlockOf(record.status, now), piece, out);
         break;
-      case Area::events:  // filled by gateway/outputs/modbus/service/own_units.cpp
+      // gateway/outputs/modbus/service/own_units.cpp fills the registers of events.
+      case Area::events:
       case Area::hole:
         std::ranges::fill(place, std::uint16_t{0});
         break;

@@ -1,6 +1,7 @@
-// `FillRegisters` and `FillBits` compute the contents of registers and bits: values, their quality
-// and age, and status blocks. They read one consistent DeviceRecord of the point store and fill the
-// private copy in responder.h. EventBlockOf computes the event block of a unit. No I/O, no clock.
+// `FillRegisters` and `FillBits` compute the contents of registers and bits of one device (values,
+// qualities, ages, status block) from its DeviceRecord in the point store. `EventBlockOf` computes
+// the event block of a unit. The callers write the result to the buffers of Responder
+// (gateway/outputs/modbus/registers/responder.h). No I/O, no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,8 +20,6 @@
 
 namespace baudgate::modbus {
 
-// Limits a number to the largest value of T. Used for the fields of status and event blocks; 32-bit
-// fields have the word order ABCD (Put32).
 template <typename T>
 T Saturated(std::uint64_t number) {
   constexpr std::uint64_t kMost = std::numeric_limits<T>::max();
@@ -43,14 +42,15 @@ struct GatewayFigures {
   std::size_t devices_online = 0;
 };
 
-/// The counters of the Modbus server since it was started.
+/// Counts since the Modbus server was started, except `clients`.
 struct ModbusCounters {
   std::uint64_t clients = 0;  ///< clients that are connected now
   std::uint64_t accepted = 0;
-  std::uint64_t refused = 0;    ///< clients that were not allowed to connect, or were too many
-  std::uint64_t malformed = 0;  ///< connections closed because no frame boundary could be trusted
-  std::uint64_t idle = 0;       ///< connections closed because no request came for the idle timeout
-  std::uint64_t stalled = 0;    ///< connections closed because the client did not read its replies
+  std::uint64_t refused = 0;  ///< clients that were not allowed to connect, or were too many
+  /// connections closed because the end of a frame could not be found
+  std::uint64_t malformed = 0;
+  std::uint64_t idle = 0;     ///< connections closed because no request came for the idle timeout
+  std::uint64_t stalled = 0;  ///< connections closed because the client did not read its replies
   /// Connections for which no file descriptor or memory was left; accepting is tried again later.
   std::uint64_t accept_errors = 0;
   std::uint64_t requests = 0;
@@ -59,9 +59,10 @@ struct ModbusCounters {
 
 /// The status block of a device, from register 9000. New fields are only appended.
 ///
-///   +0 state  +1 last outcome  +2 age of the last good reply (u32, ms; all bits set: none, or
-///   older) +4 exchanges  +6 ok  +8 no reply  +10 corrupt  +12 retries (u32 each) +14 last and +15
-///   mean round trip (ms; 65535: longer)
+///   +0 state (bus::DeviceState)  +1 last outcome (Outcome)
+///   +2 age of the last good reply (u32, ms; 0xFFFFFFFF: there was none, or it is older)
+///   +4 exchanges  +6 ok  +8 no reply  +10 corrupt  +12 retries (u32 counts)
+///   +14 last round trip  +15 mean round trip (ms; 65535: this time or longer)
 ///
 /// The layout lists the offset of each field; its last entry is the length of the block.
 inline constexpr std::array<std::uint16_t, 11> kDeviceBlockLayout = {0,  1,  2,  4,  6, 8,
@@ -70,38 +71,43 @@ using DeviceBlock = std::array<std::uint16_t, kDeviceBlockLayout.back()>;
 DeviceBlock DeviceBlockOf(const bus::DeviceStatus& status, Instant now);
 
 /// The status block of the gateway (units 0 and 255), from register 9000. New fields are only
-/// appended. Offsets: +0 version (major * 10000 + minor * 100 + patch), +1 lines, +2 uptime (u32,
-/// in s), +4 devices, +5 devices online, +6 Modbus clients, +7 lines up, +8 requests answered, +10
-/// requests answered with an exception (u32 each).
+/// appended.
+///
+///   +0 version (major * 10000 + minor * 100 + patch)  +1 lines  +2 uptime (u32, s)
+///   +4 devices  +5 devices online  +6 connected Modbus clients  +7 lines up
+///   +8 requests answered (u32)  +10 requests answered with an exception (u32)
 inline constexpr std::array<std::uint16_t, 10> kGatewayBlockLayout = {0, 1, 2, 4,  5,
                                                                       6, 7, 8, 10, 12};
 using GatewayBlock = std::array<std::uint16_t, kGatewayBlockLayout.back()>;
 GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& counters);
 
-/// Fills `out` with the pieces of a request (see PlanRead). Returns kNoTarget if a value must not
-/// be shown because of its quality.
+/// Fills `out` with the pieces that PlanRead has found for a request. Returns kNoTarget if a value
+/// must not be shown because of its quality. Pieces of the event block are set to 0.
 ExceptionCode FillRegisters(const bus::DeviceRecord& record, std::span<const Piece> pieces,
                             Instant now, std::span<std::uint16_t> out);
 /// Fills `out` with one bit. A bit without a value is 0 in a read of several bits, because the
-/// quality bit at N + 20000 shows that it is not good. If the bit is read alone (`alone`),
-/// kNoTarget is returned instead, because the client, e.g. an operator's lamp, perhaps does not
-/// read the quality bit.
+/// quality bit (at the bit's address + 20000) shows that it is not good. If the bit is read alone
+/// (`alone`), kNoTarget is returned instead, because the client, e.g. an operator's lamp, perhaps
+/// does not read the quality bit.
 ExceptionCode FillBit(const bus::DeviceRecord& record, std::uint32_t point, Instant now, bool alone,
                       std::uint8_t& out);
 ExceptionCode FillBits(const bus::DeviceRecord& record, std::span<const Piece> pieces, Instant now,
                        std::span<std::uint8_t> out);
 
-/// Copies `piece.count` registers of a status or event block, from `piece.index`, to `piece.offset`
-/// in `out`.
+/// Copies `piece.count` registers of a status or event block, from index `piece.index`, to `out`,
+/// from index `piece.offset`.
 void FillFromBlock(std::span<const std::uint16_t> block, const Piece& piece,
                    std::span<std::uint16_t> out);
 
-// EventBlock contains the events of a unit as registers, from 9016. The events come from
+// `EventBlock` contains events of a unit as registers, from 9016. The events come from
 // gateway/records/events/event_feed.h; gateway/outputs/modbus/service/own_units.cpp requests them.
 //
-//   +0 first to show  +2 newest  +4 oldest stored  +6 lost (u32 each)  +8 how many follow  +9 0
-//   +10 … seven times: +0 number  +2 seconds since 1970 (u32 each)  +4 milliseconds
-//                      +5 clock quality  +6 channel  +7 code (u32)  +9 state
+//   +0 number of the first event to show, as the client has written it (u32)
+//   +2 newest event  +4 oldest stored event  +6 lost events (u32 each)
+//   +8 number of events in this block, at most 7  +9 always 0
+//   +10 seven events of 10 registers each; in each event:
+//       +0 number  +2 seconds since 1970 (u32 each)  +4 milliseconds
+//       +5 clock quality  +6 channel  +7 code (u32)  +9 state
 
 inline constexpr std::size_t kShownEvents = 7;
 inline constexpr std::size_t kEventHead = 10;

@@ -110,8 +110,8 @@ std::optional<RegisterImage::Place> RegisterImage::Find(config::Table table, std
     return Place{table, quality ? Area::quality : Area::value, *at, count};
   };
   if (table != config::Table::bits) return find(registers_);
-  // A read of one bit can be answered with an exception where a read of several bits is not, so one
-  // bit is not read from the image.
+  // A read of one bit can fail with kNoTarget where a read of several bits does not (see FillBit in
+  // gateway/outputs/modbus/registers/register_contents.h), so it bypasses the image.
   return count == 1 && start < kQualityOffset ? std::nullopt : find(bits_);
 }
 

@@ -1,7 +1,8 @@
-// `RegisterImage` contains all values and qualities of one unit in encoded form, so that a read is
-// a copy while nothing changes. No I/O, no clock. It is filled from a DeviceRecord by
-// register_contents.h, so a read from the image and a direct read return the same.
-// gateway/outputs/modbus/service/own_units.cpp copies from it.
+// `RegisterImage` is a cache of one unit: all values and qualities, already encoded, so that a read
+// is a copy as long as nothing has changed. The functions of
+// gateway/outputs/modbus/registers/register_contents.h fill it from a DeviceRecord, so a read
+// without the image returns the same. gateway/outputs/modbus/service/own_units.cpp copies from it.
+// No I/O, no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,28 +18,29 @@
 
 namespace baudgate::modbus {
 
-/// `TableImage` contains registers, or bits in one byte each. They are sorted by address; unmapped
-/// addresses are left out.
+/// `TableImage` contains all mapped registers of a unit, or all mapped bits (one byte each), sorted
+/// by address. Write-only points are left out.
 template <typename Word>
 class TableImage {
  public:
   TableImage(const UnitMap& unit, config::Table table);
 
-  /// Returns the index of `start` if the range consists of whole readable values.
+  /// Returns the index in the table of the value at address `start`. Nothing: the range contains an
+  /// unreadable address, or only a part of a value.
   std::optional<std::size_t> FindValues(std::uint32_t start, std::size_t count) const;
-  /// Returns the index of the qualities of the values at `start`. The range can begin or end inside
-  /// a value.
+  /// Returns the index in the table of the quality of address `start`. The range can begin or end
+  /// inside a value, because each register of a value has the value's quality.
   std::optional<std::size_t> FindQualities(std::uint32_t start, std::size_t count) const;
 
   void Fill(const bus::DeviceRecord& record, Instant now);
   std::size_t size() const { return values_.size(); }
 
-  /// Returns kNoTarget if one of the values must not be shown.
+  /// Returns kNoTarget if one of the values must not be shown because of its quality.
   ExceptionCode CopyValues(std::size_t at, std::span<Word> out) const;
   void CopyQualities(std::size_t at, std::span<Word> out) const;
 
  private:
-  /// A range of readable values without gaps in the addresses.
+  /// A range of readable addresses without a gap. `at`: its index in values_.
   struct Run {
     std::uint32_t start = 0;
     std::uint32_t end = 0;
@@ -47,16 +49,17 @@ class TableImage {
 
   std::vector<Span> spans_;
   std::vector<Run> runs_;
-  std::vector<std::uint8_t> begins_;  ///< 1 where a value begins, and behind the last value
+  std::vector<std::uint8_t> begins_;  ///< 1 where a value begins, and in the extra entry at the end
   std::vector<Word> values_;
   std::vector<Word> qualities_;
-  /// Entry i: the number of words before index i that must not be shown.
+  /// Entry i: the number of words before index i that must not be shown. So a comparison of two
+  /// entries checks a range.
   std::vector<std::uint32_t> withheld_;
 };
 
 class RegisterImage {
  public:
-  /// The place in the image of the words that a request asks for.
+  /// The words of a request: `count` words from index `at`, in the values or the qualities.
   struct Place {
     config::Table table = config::Table::registers;
     Area area = Area::value;
@@ -66,13 +69,13 @@ class RegisterImage {
 
   explicit RegisterImage(const UnitMap& unit);
 
-  /// Returns nothing if the request needs more than one area, an age, a block, or the exception
-  /// 0x02 or 0x03. PlanRead handles such requests.
+  /// Returns nothing if the image cannot answer the request: it needs more than one area, an age, a
+  /// block, a single bit, or exception 0x02 or 0x03. PlanRead handles such a request.
   std::optional<Place> Find(config::Table table, std::uint32_t start, std::size_t count) const;
 
-  /// True if the image shows the record as it is at `now`. An outdated image is encoded again only
-  /// when the reads since then have requested as many words as it contains. So a large device that
-  /// is read little costs at most twice as much as with direct reads.
+  /// Returns true if the image shows the record as it is at `now`. An outdated image is encoded
+  /// again only after reads have requested as many words (`asked`) as it contains. So a large
+  /// device that is seldom read costs at most twice as much as without an image.
   bool Refresh(const bus::DeviceRecord& record, Instant now, std::size_t asked);
 
   /// Copies from the image of the last successful Refresh. `out` must have place.count words.
@@ -85,7 +88,7 @@ class RegisterImage {
   std::optional<std::uint64_t> version_;
   Instant valid_from_;
   Instant valid_until_;
-  std::size_t asked_ = 0;  ///< words that were requested since the image is outdated
+  std::size_t asked_ = 0;  ///< words requested since the image became outdated
 };
 
 }  // namespace baudgate::modbus

@@ -1,6 +1,4 @@
-// Builds the map from the configuration, divides requests into pieces, and encodes values in
-// registers. The float functions of libmodbus are not used, because those of Debian's version are
-// wrong.
+// Values are not encoded with libmodbus, because the float functions of Debian's version are wrong.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_map.h"
 
@@ -26,8 +24,8 @@ bool InValueArea(const Span& span) {
 
 bool StartsBelow(std::uint32_t address, const Span& span) { return address < span.start; }
 
-/// Finds the spans of ascending addresses. Most requests are for adjacent points, so the span after
-/// the last result is tried before a search.
+/// Finds the span that contains an address. Most requests read adjacent points, so Find tries the
+/// span after its last result before it searches.
 class Finder {
  public:
   explicit Finder(const std::vector<Span>& spans) : spans_(spans) {}
@@ -46,8 +44,8 @@ class Finder {
   std::size_t next_ = 0;
 };
 
-/// Adds a span. The configuration check refuses overlaps and addresses outside the value areas. If
-/// it misses one, the point that came first gets the addresses and the later point is left out.
+/// Adds a span. A span that overlaps an earlier span or is outside the value areas is dropped; the
+/// check of the configuration should have refused it.
 void Insert(std::vector<Span>& spans, const Span& span) {
   if (!InValueArea(span)) return;
   const auto after = std::upper_bound(spans.begin(), spans.end(), span.start, StartsBelow);
@@ -156,7 +154,6 @@ class Planner {
     return true;
   }
 
-  /// Adds the address to the hole that ends before it, or begins a new hole.
   void AddHole() {
     if (!pieces_.empty() && pieces_.back().area == Area::hole) {
       ++pieces_.back().count;
@@ -244,8 +241,8 @@ std::optional<std::uint64_t> IntegerBits(const Value& value, config::IntegerRang
   return std::nullopt;
 }
 
-/// Returns the bits of a value of any type except string; nothing: the type cannot represent the
-/// value.
+/// Returns the bits of `value` in a type that is not `string`. Nothing: the type cannot represent
+/// the value.
 std::optional<std::uint64_t> BitsOf(Type type, const Value& value) {
   if (!HasValue(value) || std::holds_alternative<std::string>(value)) return std::nullopt;
   if (type == Type::boolean) {
@@ -278,7 +275,6 @@ std::uint64_t BytesSwapped(std::uint64_t bits) {
   return ((bits >> 8) & kLow) | ((bits & kLow) << 8);
 }
 
-/// Writes the bits to registers. The word order matters only for values of more than one register.
 void PutBits(std::uint64_t bits, config::WordOrder order, std::span<std::uint16_t> out) {
   const std::size_t count = out.size();
   if (SwapsBytes(order) && count > 1) bits = BytesSwapped(bits);
@@ -343,7 +339,7 @@ Shown ShowFault(const config::Point& point, bool held) {
   return kind == Kind::hold && held ? Shown::held : Shown::no_value;
 }
 
-/// Extends the sign of a number of at most 32 bits. Example: the int16 FF FE becomes -2 and not
+/// Extends the sign of a number of at most 32 bits. Example: the int16 0xFFFE becomes -2, not
 /// 65534.
 std::int64_t SignExtended(std::uint64_t bits, Type type) {
   if (type == Type::int8 || type == Type::int16) return static_cast<std::int16_t>(bits);

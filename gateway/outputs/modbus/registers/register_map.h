@@ -1,7 +1,8 @@
-// `RegisterMap` maps a Modbus unit and address to a point. It is built from the configuration. The
-// functions below encode values in 16-bit registers or bits, choose the replacement of a bad value,
-// and decode written registers (ConvertWrites). gateway/outputs/modbus/service/own_units.cpp and
-// register_contents.cpp use them. The addresses are a public contract: config/model/modbus.h.
+// `RegisterMap` tells which point is at an address of a Modbus unit. It is built from the
+// configuration. The functions below divide requests into pieces, encode values in registers or
+// bits, choose what is shown instead of a bad value, and decode writes.
+// gateway/outputs/modbus/service/own_units.cpp and register_contents.cpp in this folder use them.
+// The addresses are a public contract: config/model/modbus.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,8 +29,8 @@ using config::kStatusBlock;
 using config::kValuesAfterStatus;
 using config::kValuesEnd;
 
-/// The register to which a client writes to acknowledge alarms (u32), behind the event block. It
-/// cannot be read.
+/// Clients acknowledge alarms by writing to this register and the next: the number of an alarm, or
+/// a number that stands for all (u32). They are behind the event block and cannot be read.
 inline constexpr std::uint16_t kAckRegister = kEventBlock + 80;
 
 struct Span {
@@ -43,11 +44,12 @@ struct Span {
 
 enum class Area : std::uint8_t { value, quality, age, status, events, hole };
 
-/// A range of requested addresses: a whole value, or any part of a quality or age mirror or of a
-/// block.
+/// A part of a request's addresses that belongs to one point (its value, quality or age), to one
+/// block, or to a hole (addresses without a readable point).
 struct Piece {
   Area area = Area::value;
-  std::uint32_t index = 0;   ///< index of the point; in a block, its first register; in a hole, 0
+  /// The index of the point; in a block, the index of the first requested register; in a hole, 0.
+  std::uint32_t index = 0;
   std::uint16_t offset = 0;  ///< distance from the first address of the request
   std::uint16_t count = 0;
 };
@@ -57,7 +59,8 @@ struct UnitMap {
   std::uint32_t device = 0;     ///< index in the point store
   std::vector<Span> registers;  ///< mapped registers, sorted, without overlap
   std::vector<Span> bits;
-  /// Points with `select: yes`, by the address of their selection.
+  /// Points with `select: yes`; key: the address of the point. A client selects the point by a
+  /// write to this address + config::kSelectOffset.
   std::map<std::uint16_t, std::uint32_t> selects;
   /// The offset of each field of the status block; the last entry is the block's length.
   std::vector<std::uint16_t> status_layout;
@@ -69,14 +72,13 @@ struct UnitMap {
 
 class RegisterMap {
  public:
-  /// The indices of devices are those of PointStore: in the order of the file, including disabled
-  /// devices.
+  /// Devices are numbered as in PointStore: in the order of the file, including disabled devices.
   explicit RegisterMap(const config::Config& config);
 
   const UnitMap& unit(std::uint8_t id) const { return units_[unit_index_[id]]; }
 
  private:
-  /// Index in units_ of each unit; 0: the unit is not mapped.
+  /// The index of each unit in units_; 0: the unit is not mapped.
   std::array<std::uint16_t, 256> unit_index_{};
   std::vector<UnitMap> units_;
 };
@@ -85,36 +87,40 @@ using Holes = config::Listener::Holes;
 
 /// Divides a read into pieces in ascending order; `pieces` is cleared first. Returns
 /// kIllegalAddress if an address is unmapped or write-only, else kIllegalValue if the range
-/// contains only a part of a value. With Holes::zero, unmapped and write-only addresses become
-/// pieces of area `hole`, unless the range contains nothing else.
+/// contains only a part of a value or of a field of a block. With Holes::zero, unmapped and
+/// write-only addresses become pieces of area `hole`, unless the range contains nothing else.
 ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t start,
                        std::uint16_t count, std::vector<Piece>& pieces, Holes holes = Holes::off);
 
-/// Divides a write into pieces as PlanRead does; a write must cover whole points.
-/// gateway/bus/writes/write_gate.h decides which points clients are allowed to write.
+/// Divides a write into pieces of area `value`. Returns kIllegalAddress if an address is unmapped,
+/// else kIllegalValue if only a part of a point is written. gateway/bus/writes/write_gate.h decides
+/// which points clients are allowed to write.
 ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,
                         std::uint16_t count, std::vector<Piece>& pieces);
 
-/// The registers or the exception that a client gets in place of a value.
+/// Selects what a client gets when it reads a value.
 enum class Shown : std::uint8_t {
-  held,  ///< the present value while it is good or uncertain, else the last good value
+  held,  ///< the stored value: the present value, or the last good value if the quality is bad
   no_value,
-  substitute,  ///< the VALUE of the point's on_fault
+  substitute,  ///< the number that the point's option on_fault contains
   exception,   ///< the whole request is answered with exception 0x0B
 };
 
-/// Applies `on_bad` and `on_fault`. `held`: there is a last good value, and it fits the registers.
-///  * Good and uncertain values are shown.
-///  * Faults of one channel (0x04, 0x0C, 0x10) never cause an exception: on_fault decides, by
-///    default nan for floats and hold for all other types.
+/// Applies the options `on_bad` of the device and `on_fault` of the point. `held`: there is a
+/// stored value, and the registers or the bit can hold it.
+///  * A good or uncertain value is shown; without a value, the result is an exception.
+///  * Faults of one channel (qualities 0x04, 0x0C and 0x10, and a disabled channel; see
+///    ConcernsDevice for exceptions) never cause an exception: on_fault decides, by default `nan`
+///    for floats and `hold` for all other types.
 ///  * on_bad decides about all other bad values. `hold` before the first value causes an exception,
 ///    because an invented 0 must not be taken for a reading. `nan` is for floats and texts; an
-///    integer or a bit has no such value, so the result is an exception unless on_fault is a VALUE.
+///    integer or a bit has no such value, so the result is an exception unless on_fault contains a
+///    number.
 Shown Show(const config::Point& point, config::OnBad on_bad, Quality quality, bool held);
 
-/// Fills `out` (RegisterCount(point) registers). False, and `out` is unchanged, if the value does
-/// not fit the type: it is too large, not a number, or missing. Texts are cut at the point's
-/// length.
+/// Fills `out` (RegisterCount(point) registers). Returns false, and leaves `out` unchanged, if the
+/// value does not fit the type: it is too large, not a number, or missing. Texts are cut at the
+/// point's length.
 bool EncodeRegisters(const config::Point& point, config::WordOrder order, const Value& value,
                      std::span<std::uint16_t> out);
 
@@ -127,19 +133,20 @@ void EncodeNoValue(const config::Point& point, config::WordOrder order,
 std::optional<bool> EncodeBit(const Value& value);
 
 /// Decodes a client's registers to a value of the point's type. Returns nothing for a float that is
-/// not finite, a bool other than 0 and 1, or a wrong register count.
+/// not finite, a bool other than 0 and 1, a number outside the type's range, or a wrong register
+/// count.
 std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrder order,
                                      std::span<const std::uint16_t> registers);
 
-// ConvertedWrite is a decoded write: values of points, in the units that users see.
+// `ConvertedWrite` is a decoded write: the new value of each point, in the unit that clients read.
 // gateway/outputs/modbus/service/own_units.cpp passes them to gateway/bus/writes/write_gate.h.
 struct ConvertedWrite {
   ExceptionCode exception = kNoException;
   std::vector<bus::WriteAsk::Part> parts{};  ///< empty if there is an exception
 };
 
-/// Returns the point that the request selects (`select: yes`); nothing: the request is not a
-/// selection. IsSelectKey then checks the value that is written.
+/// Returns the point (with `select: yes`) that the request selects for its next write. Nothing: the
+/// request is not a selection. The caller must then check the written key with IsSelectKey.
 std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request);
 bool IsSelectKey(const ModbusRequest& request);
 

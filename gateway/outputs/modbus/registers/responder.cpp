@@ -1,4 +1,4 @@
-// No other file calls libmodbus.
+// This file alone calls libmodbus.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/responder.h"
 
@@ -31,8 +31,8 @@ Responder::Responder() : library_(std::make_unique<Library>()) {
     ready_ = Error{"no socket pair for the Modbus answers; raise the limit of open files"};
     return;
   }
-  // Before modbus_reply sends an exception itself, it sleeps for the response timeout: so the
-  // timeout is 1 us.
+  // modbus_reply sleeps for the response timeout before it sends an exception of its own, so the
+  // timeout is the shortest possible: 1 us.
   modbus_set_response_timeout(library_->context, 0, 1);
 }
 

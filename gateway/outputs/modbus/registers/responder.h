@@ -1,8 +1,7 @@
-// `Responder` encodes the replies to checked requests with libmodbus, from a private copy of the
-// requested registers or bits, which gateway/outputs/modbus/service/own_units.cpp fills. Replies
-// are sent directly to a client's socket, or appended to its output buffer. Only well-formed
-// requests may be passed to it, because modbus_reply sleeps on others, or trusts lengths that are
-// wrong.
+// `Responder` encodes replies with libmodbus. Its buffers contain the requested registers or bits,
+// which gateway/outputs/modbus/service/own_units.cpp fills before. A reply is sent directly to a
+// client's socket, or appended to the client's output buffer. Only checked requests may be passed,
+// because modbus_reply sleeps after a malformed request, or trusts its wrong length.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +22,7 @@ class Responder {
     whole,
     would_block,  ///< the socket's buffer was full; no byte was sent
     cut,  ///< a part of the reply was sent; its size is unknown, so the connection must be closed
-    failed,  ///< the connection has ended
+    failed,
   };
 
   Responder();
@@ -31,15 +30,16 @@ class Responder {
   Responder(const Responder&) = delete;
   Responder& operator=(const Responder&) = delete;
 
-  /// An error: libmodbus or the socket pair could not be created; then no other function may be
-  /// called.
+  /// An error: libmodbus or the socket pair could not be created. No other function may be called
+  /// then.
   const Status& ready() const { return ready_; }
 
-  /// The contents of the next reply: request.count registers or bits (one byte each).
+  /// The caller writes the contents of the next reply here: request.count registers or bits (one
+  /// byte each).
   std::span<std::uint16_t> registers() { return registers_; }
   std::span<std::uint8_t> bits() { return bits_; }
 
-  /// Sends the reply directly to a connected, non-blocking socket.
+  /// Sends the reply directly to `socket`, which must be connected and non-blocking.
   Sent Send(const ModbusRequest& request, int socket);
   /// Appends the reply to `out`. False: the kernel has no memory for the reply.
   bool Append(const ModbusRequest& request, Bytes& out);

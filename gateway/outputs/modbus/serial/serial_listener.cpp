@@ -32,8 +32,9 @@ bool ReplyEcho::IsEcho(View frame, Instant ended) {
 
 namespace {
 
-/// The longest pause within an RTU frame: USB adapters deliver received bytes up to 16 ms late.
-/// Most requests are recognised by their length and do not wait for this time.
+/// The longest pause within an RTU frame: USB adapters deliver bytes up to 16 ms late. At low bit
+/// rates the quiet time of the line is longer and counts instead. Most requests are recognised by
+/// their length and do not wait for this time.
 constexpr Duration kUsbGap = 20ms;
 /// The longest pause between two characters of a Modbus ASCII frame (MODBUS over Serial Line 1.02,
 /// 2.5.2.1).
@@ -71,8 +72,8 @@ void MasterSession::CutFrames(bool silent, const Now& now) {
   assembler_.Begin(protocol().request_rule, protocol().expect({}, {}));
 }
 
-/// Logs a warning if the bytes since the last request are a request in another framing (RTU or
-/// ASCII).
+/// Logs a warning if the bytes since the last pause or frame are a request in another framing (RTU
+/// or ASCII).
 void MasterSession::NameOther() {
   const auto other = OtherFraming(heard_, listener_.framing, frames_);
   if (!other || !book_.HeardOther(port_, *other)) return;
@@ -80,8 +81,8 @@ void MasterSession::NameOther() {
             ExplainOther(*other, listener_.framing));
 }
 
-/// Handles a whole frame. A request to another slave also shows that the master no longer waits for
-/// the gateway's reply; so does a broadcast.
+/// Handles a whole frame. Any request, even a broadcast or a request to another slave, shows that
+/// the master no longer waits for the gateway's earlier reply.
 void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
   if (echo_.IsEcho(frame, last_byte_)) {
     if (listener_.echo == config::Listener::Echo::off) book_.HeardEcho(port_);
@@ -115,8 +116,6 @@ void MasterSession::Answer(View frame, Instant) {
   owner_.Rearm();
 }
 
-/// Returns when OnTime has work. A reply is sent after the quiet time, when it is certain that no
-/// new request is arriving.
 std::optional<Instant> MasterSession::Deadline() const {
   std::optional<Instant> next;
   if (HoldsBytes()) {

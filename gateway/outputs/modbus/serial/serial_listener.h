@@ -1,6 +1,6 @@
 // `SerialListener` is a serial port over which a Modbus master sends requests to the gateway: it
-// has the port, a timer and the clock. `MasterSession` handles the bytes. `ReplyEcho` recognises
-// the echo of the gateway's own replies.
+// opens the port, sets the timer and reads the clock. `MasterSession` handles the bytes.
+// `ReplyEcho` recognises the echo of the gateway's own replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,9 +28,8 @@ namespace baudgate::modbus {
 // request would be carried out and answered again endlessly. No I/O, no clock.
 
 /// In mode `strip`, if the first bytes after a reply repeat the reply, they are removed, however
-/// late they come. In mode `off`, no bytes are removed. In both modes, the first whole frame after
-/// a reply is its echo if it equals the reply and ended in time, so that an echo behind noise is
-/// found as well.
+/// late they come. In mode `off`, no bytes are removed. In both modes IsEcho compares the first
+/// whole frame after a reply with the reply, because noise before an echo prevents its removal.
 class ReplyEcho {
  public:
   /// An echo must have ended within this time after the reply's last byte was sent. The time covers
@@ -40,16 +39,16 @@ class ReplyEcho {
   explicit ReplyEcho(config::Listener::Echo mode)
       : strips_(mode == config::Listener::Echo::strip) {}
 
-  /// To be called before a reply is sent. `until`: the latest time at which the last byte of its
+  /// Must be called before a reply is sent. `until`: the latest time at which the last byte of its
   /// echo can arrive.
   void OnSent(View reply, Instant until);
   Bytes Filter(View received);
   /// True while received bytes are withheld because they can be the beginning of an echo.
   bool holding() const { return strips_ && filter_.holding(); }
-  /// To be called when the bus is silent. Returns the withheld bytes.
+  /// Must be called when the bus is silent. Returns the withheld bytes.
   Bytes OnSilence() { return filter_.OnExchangeEnd().bytes; }
-  /// True if `frame`, cut from the filtered bytes, is the echo. `ended`: the time of its last byte.
-  /// A reply has at most one echo: only the first frame after the reply is compared.
+  /// True if `frame`, cut from the filtered bytes, is the echo of the last reply. `ended`: the time
+  /// of the frame's last byte. Only the first frame after a reply is compared.
   bool IsEcho(View frame, Instant ended);
 
  private:
@@ -65,13 +64,13 @@ class ReplyEcho {
 // line. Other slaves can be on the same bus.
 
 /// A master has only one request at a time: if it sends another request before the reply, it has
-/// given up the first, and the first reply is dropped.
+/// given up the first request, and the reply to it is dropped.
 class MasterSession final : public ClientWire {
  public:
   class Owner {
    public:
     virtual void Send(Bytes frame) = 0;
-    /// To be called when the result of Deadline may have changed.
+    /// Is called when the result of Deadline may have changed.
     virtual void Rearm() = 0;
 
    protected:
@@ -88,10 +87,10 @@ class MasterSession final : public ClientWire {
 
   /// `now.instant` is the time when the bytes were received.
   void OnBytes(View bytes, const Now& now);
-  /// To be called at Deadline; earlier calls do no harm.
+  /// Must be called at Deadline; earlier calls do no harm.
   void OnTime(const Now& now);
-  /// Returns the next time at which OnTime has work: the end of a silence, of the quiet time before
-  /// a reply, or of a request's deadline. Nothing: there is no such time.
+  /// Returns the next time at which OnTime has work: a pause ends a frame, the quiet time before a
+  /// reply is over, or the deadline of a request passes. Nothing: there is no such time.
   std::optional<Instant> Deadline() const;
 
  private:
@@ -113,17 +112,17 @@ class MasterSession final : public ClientWire {
   const std::size_t port_;
   Owner& owner_;
   const Duration quiet_;
-  const Duration gap_;  ///< a frame that is interrupted for this time is not continued
+  const Duration gap_;  ///< a pause of this length ends a frame, even an incomplete frame
 
   ClientRequests requests_;
   protocols::Assembler assembler_;
   ReplyEcho echo_;
-  Bytes heard_;  ///< the first bytes since the last silence or request, at most kMostLookedAt
+  Bytes heard_;  ///< the first bytes since the last pause or frame, at most kMostLookedAt
   Instant last_byte_;
-  std::uint16_t transaction_ = 0;  // transaction number of the last request
-  // Transaction number of the request whose reply the master waits for.
+  std::uint16_t transaction_ = 0;
+  // The transaction number of the request whose reply the master waits for.
   std::optional<std::uint16_t> awaited_;
-  Bytes reply_;  // a reply that is sent after the quiet time
+  Bytes reply_;  // a reply that waits for the end of the quiet time
 };
 
 /// Must be created by make_shared. Only the server's thread may call it, except ClosePort.
@@ -131,17 +130,17 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
                              private transports::PortThread::Owner,
                              public MasterSession::Owner {
  public:
-  /// `shared` must outlive the listener until Stop. The protocol must be loaded as for
-  /// MasterSession.
+  /// `shared` must remain valid until Stop. The protocol of the listener's framing must be loaded
+  /// and must have a carrier.
   SerialListener(asio::io_context& io, config::Listener listener, ServerShared& shared);
   ~SerialListener() { Stop(); }
 
   /// Starts opening the port. A port that is absent or cannot be opened is tried again until Stop.
   void Open() { port_.Start(); }
-  /// Ends the session: nothing is received or answered any more. The port stays open.
+  /// Ends the session: no more bytes are received or sent. The port stays open.
   void Leave();
-  /// Closes the port; the driver can take long. After Leave, any thread may call ClosePort, but the
-  /// listener must be destroyed on the server's thread.
+  /// Closes the port, which can take long in its driver. After Leave, any thread may call
+  /// ClosePort, but the listener must be destroyed on the server's thread.
   void ClosePort() { port_.Stop(); }
   void Stop();
 

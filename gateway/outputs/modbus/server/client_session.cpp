@@ -67,7 +67,8 @@ void ClientPoll::Remove(int socket, Client& client) {
 }
 
 void ClientPoll::Wait() {
-  // A new wait checks the epoll set again, so clients that are ready already are not missed.
+  // async_wait reports at once if a client is ready already, so no client is missed between two
+  // waits.
   set_.async_wait(asio::posix::stream_descriptor::wait_read,
                   [self = shared_from_this()](const asio::error_code& failed) {
                     if (failed || !self->set_.is_open()) return;
@@ -77,7 +78,7 @@ void ClientPoll::Wait() {
 }
 
 void ClientPoll::Serve() {
-  // With a single client, an event of the epoll set is an event of this client.
+  // only_ is the only client and waits for nothing but input, so the event needs no epoll_wait.
   if (only_ != nullptr) return only_->OnEvents(EPOLLIN, ReadClocks());
   // A single client sends nothing more before it has read its reply, so a second epoll_wait is
   // useless.
@@ -187,7 +188,8 @@ void ClientSession::Close() {
 
 void ClientSession::OnEvents(std::uint32_t events, const Now& now) {
   const auto self = shared_from_this();
-  // A blocked client (not read now) is closed without reading the rest: no answer could reach it.
+  // A client whose replies block, or whose turn is posted, is not read now. If its connection
+  // fails, it is closed without reading the rest, because no reply could reach it.
   if ((events & (EPOLLERR | EPOLLHUP)) != 0 && !socket_.is_read()) return Close();
   if (!socket_.is_blocked()) return Receive(now);
   Flush(now.instant);
@@ -238,9 +240,10 @@ void ClientSession::Turn(const Now& now) {
   Continue();
 }
 
-/// Drops the replies to earlier requests. After a stall, the network can deliver a request that the
-/// client has given up together with its next request, so only the last of several complete frames
-/// is answered. A broadcast gets no reply, so it is handled even if another frame follows.
+/// For RTU and ASCII: drops the replies to earlier requests. Returns whether `frame` must be
+/// handled: only the last of several complete frames is, because after a delay the network can
+/// deliver a request that the client has given up together with its next request. A broadcast gets
+/// no reply, so it is always handled.
 bool ClientSession::Supersede(View frame) {
   requests_.Abandon();
   socket_.unsent().clear();
@@ -277,7 +280,7 @@ bool ClientSession::SendAtOnce(const ModbusRequest& request, Responder& responde
       return true;
     case Responder::Sent::would_block:
       break;
-    // The client does not read, and its replies fill the kernel's whole send buffer.
+    // A reply is cut when earlier replies, which the client does not read, fill the send buffer.
     case Responder::Sent::cut:
       CloseStalled("the client does not read its replies, and they pile up");
       break;
@@ -301,8 +304,8 @@ void ClientSession::AnswerNothing(Instant now) {
 
 void ClientSession::Answered(Instant now) {
   if (in_turn_) return;
-  // Bytes that the client has sent meanwhile can be a new request, which means that the client no
-  // longer waits for this reply.
+  // If the client has sent more bytes since its request, they can be a new request, which means
+  // that the client no longer waits for this reply.
   if (framing_->one_at_a_time()) Fill(now);
   if (closed_) return;
   Flush(now);
@@ -334,8 +337,8 @@ void ClientSession::Sweep(const Now& clocks) {
   requests_.Sweep(clocks);
 }
 
-/// Closes a client that uses another framing (e.g. RTU instead of TCP). Called before the first
-/// request was understood. False: the bytes can still become a request.
+/// Closes a client that uses another framing (e.g. RTU instead of TCP). Must be called before the
+/// first frame was recognised. Returns false if the bytes can still become a frame.
 bool ClientSession::CloseOther(const Now& now) {
   const auto other = OtherFraming(*first_, listener_.framing, shared_.frames());
   if (!other) return false;

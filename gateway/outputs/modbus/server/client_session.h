@@ -1,9 +1,10 @@
 // `ClientSession` is one connected client of Modbus TCP, or of RTU or ASCII over TCP: it takes the
 // client's requests in order and sends the replies.
 // gateway/outputs/modbus/service/client_requests.h handles the requests. Everything runs on the
-// server's thread, which passes the time. A client cannot delay others: a turn answers a few
-// frames, a client that does not read its replies stops only itself, and memory is bounded.
-// `ClientPoll` is the epoll set of all clients, and `ClientSocket` is the socket of one client.
+// server's thread. A client cannot delay other clients: at most eight of its frames are answered in
+// a row (a turn), a client that does not read its replies stops only itself, and memory is bounded.
+// `ClientPoll` is the epoll set of all clients of a port, and `ClientSocket` is the socket of one
+// client.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,18 +34,20 @@
 
 namespace baudgate::modbus {
 
-// `ClientPoll` informs clients that their sockets can be read or written. It is one epoll set for
-// clients only, inside the server's io_context: asio alone would cost one more system call per
-// request. listener.cpp accepts the sockets; ClientSocket reads and writes them.
+// `ClientPoll` tells clients that their sockets can be read or written. It is an epoll set inside
+// the server's io_context, because asio alone would cost one more system call per request.
+// gateway/outputs/modbus/server/listener.cpp accepts the sockets; ClientSocket reads and writes
+// them.
 
-/// All functions but Open must be called on the thread that runs the io_context.
+/// All functions except Open must be called on the thread that runs the io_context.
 class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
  public:
   class Client {
    public:
-    /// `events` contains EPOLLIN, EPOLLOUT, EPOLLERR and EPOLLHUP; the last two are always
-    /// reported. The call is repeated as long as an event lasts. `now` is read once for all clients
-    /// that are ready at the same time. The client can remove itself and others.
+    /// `events` contains EPOLLIN, EPOLLOUT, EPOLLERR and EPOLLHUP; EPOLLERR and EPOLLHUP are
+    /// reported even if not requested. The call is repeated as long as an event lasts. `now` is
+    /// read once for all clients that are ready at the same time. The client can remove itself and
+    /// other clients.
     virtual void OnEvents(std::uint32_t events, const Now& now) = 0;
 
    protected:
@@ -53,7 +56,6 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
 
   explicit ClientPoll(asio::io_context& io) : set_(io) {}
 
-  /// Creates the epoll set. An error: the system has no resources for it.
   Status Open();
   void Start() { Wait(); }
   void Close();
@@ -79,8 +81,7 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
   std::array<epoll_event, 128> events_{};
   std::span<epoll_event> unserved_;  ///< the events of the current batch that were not served yet
   std::size_t count_ = 0;
-  /// The only client, if it waits for input; null: there are several clients, or the client waits
-  /// for something else.
+  /// The client, if it is the only client and waits only for input; else null.
   Client* only_ = nullptr;
 };
 
@@ -111,7 +112,7 @@ class ClientSocket {
   /// Sends as many bytes of the unsent replies as the socket accepts. False: the connection has
   /// ended.
   bool Flush(Instant now);
-  /// True if the socket's send buffer is full, so that nothing more should be read or answered.
+  /// True if the socket's send buffer is full. The caller should then read and answer nothing more.
   bool is_blocked() const { return blocked_; }
   bool IsBlockedLonger(Duration time, Instant now) const {
     return blocked_ && now - blocked_since_ > time;
@@ -162,7 +163,7 @@ class ClientSession final : public ClientPoll::Client,
   };
 
   /// Owns `socket`, which must be connected and non-blocking. `clients`, `listener`, `shared` and
-  /// `owner` must outlive every session that is not closed.
+  /// `owner` must remain valid until the session is closed.
   ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
                 ServerShared& shared, std::string peer, config::Priority priority, const Now& now,
                 Owner& owner);
@@ -188,8 +189,6 @@ class ClientSession final : public ClientPoll::Client,
   void Receive(const Now& now);
   bool Fill(Instant now);
   void Turn(const Now& now);
-  /// For RTU and ASCII: drops the replies to all earlier requests. False: this frame is not
-  /// answered either, because another request follows.
   bool Supersede(View frame);
   /// Waits for the next event: space for replies, a turn for more frames, or bytes from the client.
   void Continue();
@@ -197,16 +196,15 @@ class ClientSession final : public ClientPoll::Client,
   void Answer(View frame, Instant now) override;
   void AnswerNothing(Instant now) override;
   void SweepAt(Instant at) override { owner_.SweepAt(at); }
-  /// Sends the reply directly to the socket. False: the reply must be appended to the unsent
-  /// replies.
+  /// Sends the reply directly to the socket. Returns false if the reply must be appended to the
+  /// unsent replies instead, or the session was closed.
   bool SendAtOnce(const ModbusRequest& request, Responder& responder);
-  /// To be called after each complete reply.
+  /// Sends the reply outside a turn, and waits for the next event. Must be called after each reply.
   void Answered(Instant now);
-  /// Sends unsent replies. A reply of RTU or ASCII waits until it is certain that no new request is
-  /// arriving behind its request.
+  /// Sends unsent replies. A reply of RTU or ASCII waits while bytes of a newer request are held.
   void Flush(Instant now);
-  /// Returns a pointer that keeps the session alive while an answer may close it. Null during a
-  /// turn, because the caller of the turn keeps the session alive.
+  /// Returns a pointer that keeps the session alive while a reply may close it. Returns null during
+  /// a turn (Turn), because the caller of Turn keeps the session alive.
   std::shared_ptr<ClientSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
   bool CloseOther(const Now& now);
   void CloseMalformed(Instant now);
@@ -219,10 +217,10 @@ class ClientSession final : public ClientPoll::Client,
   Owner& owner_;
   std::unique_ptr<ClientFraming> framing_;
   ClientRequests requests_;
-  /// The first bytes of the client, at most kMostLookedAt, to detect another framing. Empty after
-  /// the first request was understood.
+  /// The first bytes of the client, at most kMostLookedAt, to detect another framing. Nothing after
+  /// the first frame.
   std::optional<Bytes> first_ = Bytes();
-  bool in_turn_ = false;  ///< a turn is running; it sends the replies at its end
+  bool in_turn_ = false;  ///< true while Turn runs; it sends the replies at its end
   Instant last_bytes_;
   Instant last_frame_;
   bool closed_ = false;

@@ -35,7 +35,7 @@ bool IsMapped(const PeerAddress& peer) {
   return std::equal(kMapped.begin(), kMapped.end(), peer.begin());
 }
 
-/// True for an IPv4 network; only the last four bytes of its mapped address count.
+/// True for an IPv4 network, whose text contains no colon.
 bool IsIpv4(const config::Network& network) {
   return network.prefix >= kIpv4Prefix && network.text.find(':') == std::string::npos;
 }

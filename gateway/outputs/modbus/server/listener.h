@@ -24,12 +24,11 @@
 
 namespace baudgate::modbus {
 
-/// An IPv6 address, or an IPv4 address in its mapped form (::ffff:a.b.c.d).
+/// An IPv6 address, or an IPv4 address in the mapped form ::ffff:a.b.c.d.
 using PeerAddress = std::array<std::uint8_t, 16>;
 
 bool Contains(const config::Network& network, const PeerAddress& peer);
 
-/// True if a network of the list contains the peer, or the list is empty.
 bool Allows(std::span<const config::Network> list, const PeerAddress& peer);
 
 /// Returns the priority of the first client rule that contains the peer; if there is none, the
@@ -83,20 +82,20 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   /// `shared` must outlive the listener until Stop.
   Listener(asio::io_context& io, config::Listener listener, ServerShared& shared);
 
-  /// Opens the port; clients that connect wait until Start. Uses the socket of `passed` for this
-  /// address if there is one, else opens one. Any thread may call Open; the object can be destroyed
-  /// without Start. The error contains the reason and the remedy.
+  /// Opens the port; clients that connect wait until Start. Uses the socket in `passed` for this
+  /// address if there is one. Any thread may call Open; the object can be destroyed without Start.
+  /// The error contains the reason and, if there is one, the remedy.
   Status Open(PassedSockets* passed = nullptr);
   void Start();
   /// Applies the new settings of a reload at the same address. The port stays open; its clients are
   /// disconnected.
   void Renew(const config::Listener& listener);
   void Stop();
-  /// An error: the reason why no client can connect now.
+  /// Returns the reason why no client can connect now as an error.
   Status HasAddress() const { return transports::HasAddressOf(acceptor_); }
   /// Returns e.g. "Modbus TCP on 0.0.0.0:502".
   std::string Summary() const;
-  /// Returns the port that is open. It differs from the configured port only if that is 0.
+  /// The port that is open. It differs from the configured port only if the configured port is 0.
   std::uint16_t port() const { return port_; }
 
  private:
@@ -116,7 +115,8 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   asio::steady_timer retry_;
   asio::steady_timer sweep_;
   config::Listener
-      listener_;  // sessions refer to it, so it changes only while there are no sessions
+      // Sessions refer to it, so it changes only while there are no sessions.
+      listener_;
   ServerShared& shared_;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;
   Duration sweep_period_;

@@ -17,9 +17,9 @@ struct Ports final : outputs::Output::Prepared {
 
 }  // namespace
 
-/// Returns the number of file descriptors that the server needs, with spare descriptors, because a
-/// reload opens new ports before it closes the old ones. A serial port has an event loop of its
-/// own.
+/// Returns the number of file descriptors that the server needs. It contains a reserve, because a
+/// reload opens new ports before it closes old ports. A serial port needs more, because it has an
+/// event loop of its own.
 outputs::DescriptorNeeds ModbusOutput::Descriptors(const config::Config& config) {
   constexpr std::size_t kForSerialPort = 8;
   constexpr std::size_t kForListener = 4;

@@ -34,15 +34,15 @@ class ModbusOutput final : public outputs::Output {
     /// `max_clients` that can connect with the available descriptors.
     std::function<double(const config::Config& config)> make_room;
     std::function<std::vector<bus::RouteTarget*>()> lines;
-    modbus::ModbusLinks server;  ///< everything but its member `lines`
+    modbus::ModbusLinks server;  ///< without `lines`, which the function above returns
   };
   explicit ModbusOutput(Links links) : links_(std::move(links)) {}
   ~ModbusOutput() override { StopRequests(); }
   static outputs::DescriptorNeeds Descriptors(const config::Config& config);
 
   std::string_view name() const override { return "modbus"; }
-  /// Opens the ports, then starts the thread, if the configuration has a server. The error contains
-  /// the port.
+  /// Opens the ports and starts the thread; does nothing if the configuration has no server. The
+  /// error contains the address.
   Status Open(const Configuration& config) override;
   void CountClients(std::map<std::string, std::size_t>& by_listener) const override;
   std::unique_ptr<Prepared> Prepare(const config::Config& next) override;

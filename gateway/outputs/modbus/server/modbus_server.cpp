@@ -59,8 +59,7 @@ Result<ListenerPort> ModbusServer::OpenPort(const config::Listener& listener,
   if (Status status = port.tcp->Open(passed); !status) return Error{status.error()};
   return port;
 } catch (const std::system_error& failed) {
-  // std::system_error: the thread of a serial port cannot be created, because descriptors are
-  // missing.
+  // The thread of a serial port cannot be created, because file descriptors are missing.
   return Error{failed.code().message()};
 }
 

@@ -1,7 +1,7 @@
 // `ModbusServer` is the gateway's Modbus server: it serves the point store and passes writes to the
 // lines. Its functions must be called on the thread that runs the io_context, or while no thread
-// runs it, unless their comment allows other threads. Any thread may read counters. `Renewal`
-// describes the listeners and routes that a reload leaves unchanged.
+// runs it, unless their comment allows other threads. Any thread may call `counters`. `Renewal`
+// tells which listeners and routes a reload leaves unchanged.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -46,13 +46,13 @@ struct ListenerOrigin {
   bool same = false;      ///< the entry is unchanged, so its clients stay connected
   ListenerPort opened{};  ///< the opened port of a new entry, from ModbusServer::OpenPort
 
-  /// True if the open port is used further. A serial port is closed and opened again if any setting
-  /// differs.
+  /// True if the entry takes over the open port of the old entry. A serial port is closed and
+  /// opened again if any setting differs.
   bool keeps_port(const config::Listener& now) const { return was && (same || !now.is_serial()); }
 };
 
-/// The listeners and routes that a reload leaves unchanged. ModbusOutput fills a Renewal, and
-/// ModbusServer applies it.
+/// Tells for each listener and route of a new configuration what it was before. ModbusOutput makes
+/// a Renewal, and ModbusServer applies it.
 struct Renewal {
   std::vector<ListenerOrigin> listeners;
   Origins routes;
@@ -63,8 +63,8 @@ class PassedSockets;
 
 class ModbusServer {
  public:
-  /// `store` and `sink` must outlive the server; `config` must stay valid until Listen. `info` is
-  /// called on the server's thread when a client reads the gateway's status block.
+  /// `store` and `sink` must outlive the server, `config` must remain valid until Listen returns.
+  /// `info` is called on the server's thread when a client reads the gateway's status block.
   ModbusServer(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                std::function<GatewayFigures()> info, ModbusLimits limits = {},
                const ModbusLinks& links = {});
@@ -79,21 +79,21 @@ class ModbusServer {
 
   // A reload calls in this order: OpenPort for new entries, Apply, ClosePorts, Finish.
 
-  /// Checks that the module for the listener's framing is loaded. The error contains the reason
-  /// without the listener's address.
+  /// Checks that the protocol module of the listener's framing is loaded. The error does not
+  /// contain the listener's address.
   Status CanServe(const config::Listener& listener) const;
-  /// Opens the port of a new entry; any thread may call it. Clients that connect to a TCP port wait
-  /// until the port was passed to Apply; if the port is destroyed instead, it closes. A serial port
-  /// is opened later, by Finish.
+  /// Makes the port of a new entry; any thread may call it. Clients that connect to a TCP port wait
+  /// until Apply has taken the port. A port that is destroyed instead closes. Finish opens serial
+  /// ports.
   Result<ListenerPort> OpenPort(const config::Listener& listener,
                                 PassedSockets* passed = nullptr) const;
   using Ended = std::vector<std::shared_ptr<SerialListener>>;
-  /// Replaces units, points, lines and routes, by their indices in the store, then the listeners.
-  /// Clients of changed or removed listeners are disconnected. An entry whose port is not open is
-  /// tried again each second. Returns the serial ports that have ended.
+  /// Replaces units, points, lines and routes, then the listeners. Clients of changed or removed
+  /// listeners are disconnected. A TCP port that is not open is tried again each second. Returns
+  /// the listeners whose serial ports must be closed (ClosePorts).
   Ended Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
               const Renewal& renewal);
-  /// Closes the serial ports that Apply returned; any thread may call it. A driver can take long.
+  /// Closes the serial ports that Apply returned, which can take long. Any thread may call it.
   static void ClosePorts(const Ended& ended);
   void Finish(Ended ended);
   /// Returns a sentence for each entry whose port is not open (it is tried again each second):
@@ -130,7 +130,7 @@ class ModbusServer {
   void BeginSerial();
   static Ended End(std::vector<Place> places);
 
-  const config::Config& config_;  // the configuration at the start
+  const config::Config& config_;
   std::unique_ptr<ServerShared> shared_;
   asio::io_context* io_ = nullptr;  // null: the server does not listen
   std::optional<asio::steady_timer> retry_;

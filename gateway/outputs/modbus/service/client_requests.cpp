@@ -37,8 +37,8 @@ void ServerShared::Apply(const config::Config& config, std::span<bus::RouteTarge
 
 namespace {
 
-/// True for exceptions with which the gateway reports a fault, unlike those that a device has sent.
-/// A silent listener does not send them.
+/// True for the exceptions of a gateway: no such unit, no reply from the target, too many requests.
+/// A listener with `errors: silent` does not send them.
 bool IsGatewayTrouble(ExceptionCode exception) {
   return exception == kNoPath || exception == kNoTarget || exception == kBusy;
 }
@@ -89,8 +89,6 @@ void ClientReplies::CountException() {
   ClientRecord::Add(record_->exceptions);
 }
 
-/// False for a broadcast: a write to unit 0 on a serial framing, even if a route has unit 0. Its
-/// sender waits for no reply, and would take a reply for that to its next request.
 bool ClientReplies::IsAwaited(View request) const {
   const bool to_all =
       listener_.speaks_serial() && UnitOf(request) == 0 && IsPlainWrite(FunctionOf(request));
@@ -312,8 +310,8 @@ void RoutedRequests::Finish(std::uint64_t number, bus::RoutedReply reply, const 
   replies_->Answer(AduOf(TransactionOf(asked), UnitOf(asked), reply.pdu), now.instant);
 }
 
-/// Sends a broadcast. The request contains no client number, because a client that broadcasts does
-/// not wait and can disconnect at once.
+/// Sends a broadcast. The request contains no client number, so that it is sent even if the client
+/// disconnects at once: a client does not wait after a broadcast.
 void RoutedRequests::Broadcast(View frame, std::size_t route, const RouteTargets::Line& line,
                                bool has_room, const Now& now) {
   bus::RoutedRequest request = RequestOf(frame, line.deadline, now);
@@ -343,8 +341,8 @@ void RoutedRequests::Sweep(const Now& now) {
   for (const std::uint64_t number : pending_.Overdue(now.instant)) Finish(number, nothing, now);
 }
 
-/// Abandons all requests. The router is informed even if no request is pending, because a target
-/// can still have a request that Sweep has answered.
+/// The router is called even if no request is pending, because a line or server can still have a
+/// request that Sweep has answered already.
 void RoutedRequests::Abandon() {
   router_.Abandon(replies_->client().number);
   const auto abandoned = pending_.TakeAll();

@@ -1,12 +1,12 @@
 // `ClientRequests` handles the requests of one client, over TCP or a serial line: it decides
 // whether a request is permitted, and whether the gateway or a route answers it. Whole frames in
 // Modbus TCP form come from gateway/outputs/modbus/server/client_session.cpp (sockets) and
-// gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); replies go back to them.
-// Everything runs on the server's thread; the time is an argument.
-// `ClientWire` and `ClientReplies` send replies to the client, `LocalRequests` and `RoutedRequests`
-// handle requests, `PendingRequests` lists requests that are not answered yet, and `Permits` checks
-// `permit`. `ServerShared` contains everything that all clients share; other threads use only its
-// book and the snapshot of its counters. `ModbusLinks` is passed to the server by the main program.
+// gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); replies return to them.
+// Everything runs on the server's thread; the time is an argument. `ClientWire` and `ClientReplies`
+// send replies, `LocalRequests` and `RoutedRequests` handle requests, `PendingRequests` lists
+// unanswered requests, and `Permits` checks `permit`. `ServerShared` contains what all clients
+// share; other threads use only its traffic book and the snapshot of its counters. `ModbusLinks`
+// contains the parts of the gateway that the server uses.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -77,8 +77,8 @@ struct ModbusLimits {
   double client_share = 1;  ///< share of each listener's max_clients that is allowed to connect
 };
 
-/// The parts of the gateway besides the store that routes, serial framings, events and alarms need.
-/// All must outlive the server.
+/// The parts of the gateway, besides the point store, that the server needs for routes, serial
+/// framings, events and alarms. All must outlive the server.
 struct ModbusLinks {
   /// The lines, by index in config.lines; empty: no route leads to a line.
   std::vector<bus::RouteTarget*> lines;
@@ -87,7 +87,7 @@ struct ModbusLinks {
   audit::WriteLog* writes = nullptr;
   std::shared_ptr<const events::EventFeed> events{};
   events::EventSource* alarms = nullptr;  ///< acknowledges alarms; null: there are no alarms
-  OnRoutedReport routed{};                ///< gets the result of each routed request; can be null
+  OnRoutedReport routed{};  ///< called for the result of each routed request; can be null
 };
 
 // `ServerShared` contains the parts that all clients of a Modbus server share: units, routes, the
@@ -109,7 +109,7 @@ class ServerShared {
   /// Accepts answers of lines and servers from now on, and creates the remote servers of the
   /// routes. `clocks`: see Inbox.
   void Open(asio::io_context& io, Inbox::Clocks clocks);
-  /// From now on, answers of lines and servers are dropped.
+  /// Drops all later answers of lines and servers.
   void CloseInbox() { inbox_->Close(); }
   void CloseRoutes() { router_.Close(); }
 
@@ -122,7 +122,7 @@ class ServerShared {
   const LiveCounters& counters() const { return counters_; }
   const ModbusLimits& limits() const { return limits_; }
   const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
-  /// The traffic book. It is shared, because its other users can outlive the server.
+  /// The traffic book. It is shared, because requests that lines still hold can outlive the server.
   const std::shared_ptr<TrafficBook>& book() const { return book_; }
 
  private:
@@ -139,14 +139,14 @@ class ServerShared {
 // answered at once or later. It is used on the server's thread only.
 class ClientWire {
  public:
-  /// Answers a read from the store. The responder's private copy contains the values during this
-  /// call only.
+  /// Answers a read from the store. The responder's buffers contain the values only during this
+  /// call.
   virtual void Answer(const ModbusRequest& request, Responder& responder, Instant now) = 0;
   /// Sends a whole frame in Modbus TCP form, e.g. a confirmed write, an exception or a routed
   /// reply.
   virtual void Answer(View frame, Instant now) = 0;
-  /// To be called when a request gets no reply (a broadcast, a silent listener): a serial session
-  /// then handles the next request.
+  /// Must be called when a request gets no reply (a broadcast, or an exception that a silent
+  /// listener does not send), so that the session can go on with the next request.
   virtual void AnswerNothing(Instant now) = 0;
   /// Requests that Sweep is called at the time `at` or earlier. A later call does not cancel an
   /// earlier one.
@@ -161,12 +161,11 @@ class ClientWire {
 // send, and which requests get no reply. It is used on the server's thread only.
 class ClientReplies {
  public:
-  /// `listener`, `wire` and `counters` must outlive this object until Close.
+  /// `listener`, `wire` and `counters` must remain valid until Close.
   ClientReplies(const config::Listener& listener, ClientWire& wire, LiveCounters& counters,
                 std::shared_ptr<TrafficBook> book, const std::string& peer,
                 config::Priority priority, WallTime since);
 
-  /// The client's name and number, which its writes and routed requests contain.
   const bus::Writer& client() const { return client_; }
 
   void OnRequest(View frame, Instant now);
@@ -175,18 +174,18 @@ class ClientReplies {
   void AnswerNothing(Instant now) { wire_.AnswerNothing(now); }
   void Refuse(View frame, ExceptionCode exception, Instant now);
   void CountException();
-  /// False if the client waits for no reply to `request`, because it is a broadcast on a serial
-  /// framing.
+  /// False for a broadcast on a serial framing: its sender waits for no reply, and would take a
+  /// reply as the answer to its next request.
   bool IsAwaited(View request) const;
 
-  /// Counts a pending request, and requests that the client is swept at `limit`.
+  /// Counts a pending request, and requests a Sweep of this client at the time `limit`.
   void Await(Instant limit);
   void Settle(std::size_t count = 1);
 
   /// Counts that the client uses the framing `heard` instead of the configured one.
   void HeardOther(Framing heard, WallTime at);
-  /// To be called when the client has left: removes the client from the book. The wire is not
-  /// called after Close.
+  /// Must be called when the client has left: removes the client from the traffic book. The wire is
+  /// not called after Close.
   void Close() { book_->Leave(*record_); }
 
  private:
@@ -201,9 +200,9 @@ class ClientReplies {
 };
 
 struct PendingRequest {
-  /// At the deadline, the line answers requests that it has not sent, and writes that wait for
-  /// their confirmation. If a request is still on the wire then, the server answers it this much
-  /// later; the record of a write still gets the result that the line reports.
+  /// At the deadline, the line answers a request that it has not sent, and a write that waits for
+  /// its confirmation. The server waits this much longer for such an answer, and then answers
+  /// requests that are still on the wire. The record of a write gets the line's result in any case.
   static constexpr Duration kGrace = 20ms;
 
   std::uint64_t number = 0;
@@ -211,8 +210,9 @@ struct PendingRequest {
   /// The first bytes of the request: up to the function code, and for a write, all bytes that a
   /// good reply repeats.
   Bytes frame;
-  std::size_t route = 0;   ///< number of the route of a routed request
-  bool abandoned = false;  ///< the request is carried out, but not answered
+  /// The route's number (RouteList); only for routed requests.
+  std::size_t route = 0;
+  bool abandoned = false;  ///< the client no longer waits, so no reply is sent
 
   /// The time at which the server answers the request if the line has not answered it.
   Instant Limit() const { return deadline + kGrace; }
@@ -220,8 +220,8 @@ struct PendingRequest {
 
 class PendingRequests {
  public:
-  /// The most requests of one client that can wait for lines and servers; further requests are
-  /// answered "busy".
+  /// The most requests of one client that can wait for lines and servers. The client's next request
+  /// is answered "busy".
   static constexpr std::size_t kMost = 32;
 
   std::uint64_t NextNumber() { return next_number_++; }
@@ -244,8 +244,7 @@ class PendingRequests {
 // server's thread only.
 class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
  public:
-  /// `listener` and `units` must outlive this object until Close. `write_deadline`: see
-  /// ModbusLimits.
+  /// `listener` and `units` must remain valid until Close. `write_deadline`: see ModbusLimits.
   LocalRequests(const config::Listener& listener, OwnUnits& units, std::shared_ptr<Inbox> inbox,
                 std::shared_ptr<ClientReplies> replies, Duration write_deadline);
 
@@ -261,7 +260,8 @@ class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
   /// Drops all pending writes without a reply. Writes that were not sent to the device yet are not
   /// sent.
   void Abandon();
-  /// To be called when the client has left: removes its writes and its selections.
+  /// Must be called when the client has left: removes its pending writes, its selections and its
+  /// first event to show.
   void Close();
   std::size_t outstanding() const { return pending_.size(); }
 
@@ -284,8 +284,8 @@ class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
 // broadcasts. It is used on the server's thread only.
 class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
  public:
-  /// `listener` and `router` must outlive this object until the last call of Abandon. `priority` is
-  /// used for functions for which the listener configures no priority.
+  /// `listener` and `router` must remain valid until the last call of Abandon. `priority` applies
+  /// to functions for which the listener configures no priority.
   RoutedRequests(const config::Listener& listener, Router& router, std::shared_ptr<Inbox> inbox,
                  std::shared_ptr<ClientReplies> replies, config::Priority priority);
 
@@ -325,26 +325,25 @@ bool Permits(config::Permit permit, std::uint8_t function);
 
 class ClientRequests {
  public:
-  /// `listener`, `shared` and `wire` must outlive this object until Close.
+  /// `listener`, `shared` and `wire` must remain valid until Close.
   ClientRequests(const config::Listener& listener, ServerShared& shared, ClientWire& wire,
                  const std::string& peer, config::Priority priority, const Now& now);
 
   /// Handles one whole frame, including the MBAP header. `wire` is called exactly once for it, now
   /// or later, unless the request is abandoned before.
   void Handle(View frame, const Now& now);
-  /// True if a device, the gateway or a route answers for this unit.
   bool Serves(std::uint8_t unit) const { return router_.WayOf(unit).kind != Way::Kind::none; }
-  /// Answers requests whose deadline has passed. A reply can close the client, but must not destroy
-  /// this object.
+  /// Answers requests whose deadline has passed. During the call the wire can close the client, but
+  /// must not destroy this object.
   void Sweep(const Now& now);
-  /// To be called when the client no longer waits for any of its requests. Drops the requests
+  /// Must be called when the client no longer waits for any of its requests. Drops the requests
   /// without a reply. Requests that were not sent to a device yet are not sent:
   /// RouteTarget::Abandon removes routed requests, WriteCommand::abandoned stops writes.
   void Abandon();
   void HeardOther(Framing heard, WallTime at) { replies_->HeardOther(heard, at); }
-  /// To be called when the client has left. Calls Abandon, and removes the client's selections, its
-  /// first event (OwnUnits::Forget) and its entry in the traffic book. The wire is not called after
-  /// Close.
+  /// Must be called when the client has left. Calls Abandon, and removes the client's selections,
+  /// its first event to show (OwnUnits::Forget) and its entry in the traffic book. The wire is not
+  /// called after Close.
   void Close();
 
   std::uint64_t host() const { return replies_->client().host; }

@@ -23,7 +23,8 @@ std::string NameOf(const Route& route) {
          (route.line.empty() ? HostAndPort(route.host, route.port) : route.line);
 }
 
-/// Assigns each index of the running list to at most one entry of the next list.
+/// `Places` gives out each index of the running list at most once, so that two new entries cannot
+/// match the same old entry.
 class Places {
  public:
   explicit Places(std::size_t count) : free_(count, true) {}
@@ -95,8 +96,8 @@ void CompareRoutes(const std::vector<Route>& running, const std::vector<Route>& 
 bool IsAny(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
 bool IsIpv6(const std::string& host) { return host.find(':') != std::string::npos; }
 
-/// True if one address cannot be bound while the other is open: while a socket listens on a port at
-/// one address, Linux does not bind this port at all addresses, and vice versa. "::" includes IPv4;
+/// True if `other` cannot be bound while `one` is open: if a socket listens on a port at one
+/// address, Linux does not bind this port at "0.0.0.0" or "::", and vice versa. "::" includes IPv4;
 /// "0.0.0.0" does not include IPv6.
 bool Blocks(const Listener& one, const Listener& other) {
   if (one.is_serial() || other.is_serial() || one.port != other.port || one.port == 0) return false;

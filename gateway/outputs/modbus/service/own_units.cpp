@@ -35,8 +35,7 @@ bool AckRegister::IsFor(const ModbusRequest& request) {
          request.start + request.count <= kAckRegister + 2;
 }
 
-/// Returns a record of an acknowledgement. It has the form of a write to a point with the name
-/// "alarms".
+/// Returns the record of an acknowledgement, in the form of a write to a point named "alarms".
 audit::WriteRecord AckRegister::RecordOf(const ModbusRequest& request, const UnitMap& unit,
                                          const bus::Writer& writer) const {
   audit::WriteRecord record;
@@ -195,7 +194,8 @@ ExceptionCode OwnUnits::ReadRecord(const ModbusRequest& request, const UnitMap& 
     OwnUnits& reader;
     const ModbusRequest& request;
     Instant now;
-    ExceptionCode exception = kDeviceFailure;  // result if the store has no such device
+    // The result if the store no longer has the device.
+    ExceptionCode exception = kDeviceFailure;
   } look{*this, request, now};
   // A lambda that captures only one reference needs no heap memory in std::function.
   store_.Read(unit.device, [&look](const bus::DeviceRecord& record) {

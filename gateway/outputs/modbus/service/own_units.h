@@ -1,7 +1,8 @@
 // `OwnUnits` answers requests for the units that the Modbus server serves itself: devices of the
-// gateway, from the point store, and the gateway. client_requests.cpp passes the requests, on the
-// server's thread. `EventWindow` and `AckRegister` are the registers for events and alarms, and
-// `ExceptionOf` returns the exception for a failed write.
+// gateway, from the point store, and the gateway itself (units 0 and 255).
+// gateway/outputs/modbus/service/client_requests.cpp passes the requests on the server's thread.
+// `EventWindow` and `AckRegister` implement the registers for events and alarms, and `ExceptionOf`
+// returns the exception for a failed write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,9 +33,8 @@
 namespace baudgate::modbus {
 
 // `EventWindow` contains, for each client and unit, the number of the first event to show. The
-// client writes the number, and then reads the event block of
-// gateway/outputs/modbus/registers/register_contents.h. EventWindow is used on the server's thread
-// only.
+// client writes the number and then reads the event block
+// (gateway/outputs/modbus/registers/register_contents.h). It is used only on the server's thread.
 class EventWindow {
  public:
   /// `events` null: no events are recorded.
@@ -53,14 +53,14 @@ class EventWindow {
 
  private:
   const std::shared_ptr<const events::EventFeed> events_;
-  /// The first event by client and unit. No entry: the newest events are shown.
+  /// The number of the first event by client and unit. No entry: the newest events are shown.
   std::map<std::pair<std::uint64_t, std::uint8_t>, std::uint32_t> firsts_;
 };
 
-// `AckRegister` is the register that acknowledges alarms, 9096 of every unit. A client writes the
-// number of the event that raised the alarm (its low 32 bits), or all bits set for all alarms. The
-// unit of a device acknowledges the device's alarms; the units of the gateway acknowledge alarms of
-// all devices.
+// `AckRegister` implements the registers that acknowledge alarms, 9096 and 9097 of every unit. A
+// client writes the number of the event that raised the alarm (its low 32 bits), or all bits set
+// for all alarms. The unit of a device acknowledges the device's alarms; the units of the gateway
+// acknowledge alarms of all devices.
 class AckRegister {
  public:
   static constexpr std::uint32_t kAll = 0xFFFFFFFF;
@@ -70,14 +70,14 @@ class AckRegister {
   AckRegister(const bus::PointStore& store, events::EventSource* alarms, audit::WriteLog* log)
       : store_(store), alarms_(alarms), log_(log) {}
 
-  /// True if the request writes to this register and to no other.
+  /// True if the request writes to no registers but 9096 and 9097.
   static bool IsFor(const ModbusRequest& request);
   /// Acknowledges alarms. Unless an exception is returned, `done` is called once, on any thread,
-  /// when the acknowledgement is on the disk. kIllegalValue: only half of the number was written,
-  /// or no alarm with this number waits to be acknowledged.
+  /// when the acknowledgement is on the disk or could not be stored. kIllegalValue: only half of
+  /// the number was written, or no alarm with this number waits to be acknowledged.
   ExceptionCode Submit(const ModbusRequest& request, const UnitMap& unit, const bus::Writer& writer,
                        Instant now, std::function<void(const WriteResult&)> done);
-  /// Records an acknowledgement that was not permitted or not accepted.
+  /// Records an acknowledgement that was refused.
   void Deny(const ModbusRequest& request, const UnitMap& unit, const bus::Writer& writer,
             const WriteResult& refused, Now now);
 
@@ -90,14 +90,14 @@ class AckRegister {
   audit::WriteLog* const log_;
 };
 
-/// Returns the exception for the result of a write; kNoException if the write was successful.
 ExceptionCode ExceptionOf(const WriteResult& result);
 ExceptionCode ExceptionOf(const bus::WriteDenial& denial);
 
 struct Asker {
   bus::Writer writer{};
   Instant deadline{};  ///< the line sends no request of the write after this time
-  std::shared_ptr<const std::atomic<bool>> abandoned;  ///< once true, the write is not started
+  /// Once true, the write is not started. A write that has already been sent continues.
+  std::shared_ptr<const std::atomic<bool>> abandoned;
 };
 
 class OwnUnits {
@@ -112,27 +112,26 @@ class OwnUnits {
 
   /// Checks unit, function, counts and lengths; fills `request` if the result is kNoException.
   ExceptionCode Check(View frame, ModbusRequest& request) const;
-  /// Fills responder() for the reply, from the point store or the gateway's status block. Never
-  /// waits for a line or the disk. `client`: the number of the client, which selects the first
-  /// event to show.
+  /// Writes the contents of the reply to responder(). Does not wait for a line or the disk.
+  /// `client`: the client's number, by which EventWindow finds its first event to show.
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
                      std::uint64_t client = 0);
-  /// Starts a write. The first register decides what is written: values of points, the selection of
-  /// a point, the acknowledgement of alarms, or the first event to show. Unless an exception is
+  /// Starts a write. The address decides what is written: values of points, the selection of a
+  /// point, the acknowledgement of alarms, or the first event to show. Unless an exception is
   /// returned, `done` is called once, on any thread.
   ExceptionCode Write(const ModbusRequest& request, const Asker& asker, Instant now,
                       std::function<void(const WriteResult&)> done);
   /// Records a write that the caller has denied, with the result `refused`. Does nothing for reads.
   void Deny(View frame, const bus::Writer& writer, const WriteResult& refused, const Now& now);
-  /// To be called when the client has left: removes its selections and its first events.
+  /// Must be called when the client has left: removes its selections and its first events to show.
   void Forget(const bus::Writer& writer);
 
   Responder& responder() { return responder_; }
 
  private:
   void MakeImages();
-  /// Answers from the unit's image if it contains the whole request and is up to date or may be
-  /// encoded again; else returns nothing.
+  /// Answers from the unit's image. Returns nothing if the image does not contain the whole
+  /// request, or is outdated (RegisterImage::Refresh).
   std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
   ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
   ExceptionCode ReadGateway(const ModbusRequest& request);
@@ -149,7 +148,7 @@ class OwnUnits {
   /// The image of each unit; null: the unit is not a device.
   std::array<std::unique_ptr<RegisterImage>, 256> images_;
   Responder responder_;
-  /// Pieces of the current request; a member, so that its memory is reused.
+  /// The pieces of the current request; a member, so that its memory is used again.
   std::vector<Piece> pieces_;
   bus::WriteGate gate_;
   AckRegister acks_;

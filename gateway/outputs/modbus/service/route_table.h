@@ -1,6 +1,6 @@
-// `RouteTable` finds what answers for a unit: a device, the gateway itself, or a transparent route.
-// It is created again from each configuration, and router.cpp uses it for every request.
-// `RouteList` numbers the routes.
+// `RouteTable` tells what answers for a unit: a device, the gateway itself, or a transparent route.
+// A reload makes a new table, and gateway/outputs/modbus/service/router.cpp uses it for every
+// request. `RouteList` numbers the routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@
 namespace baudgate::modbus {
 
 // `RouteList` gives each route a number that never changes, so that the end of a request is counted
-// at its route even if a reload came in between. It is used on the server's thread only.
+// at its route even if a reload came in between. It is used only on the server's thread.
 //
 //   file             numbers()      file after a reload   numbers()
 //   20 to drive      0              33 to pumps           2 (new)
@@ -33,7 +33,8 @@ class RouteList {
   explicit RouteList(const std::vector<config::Route>& routes) {
     Renew(routes, Origins(routes.size()));
   }
-  /// Applies the routes of a reload. The line index of an unchanged route can differ.
+  /// Applies the routes of a reload. An unchanged route keeps its number; its line index can
+  /// change.
   void Renew(const std::vector<config::Route>& routes, const Origins& origins);
 
   const config::Route& at(std::size_t number) const { return routes_[number]; }
@@ -47,9 +48,9 @@ class RouteList {
 
 struct Way {
   enum class Kind : std::uint8_t {
-    none,     ///< nothing answers: the client gets exception 0x0A
+    none,     ///< no device or route has the unit: the client gets exception 0x0A
     device,   ///< answered from the point store
-    gateway,  ///< answered with the gateway's status block
+    gateway,  ///< answered by the gateway itself (status and events)
     route,
   };
   Kind kind = Kind::none;

@@ -26,8 +26,8 @@
 
 namespace baudgate::modbus {
 
-// `RouteTargets` contains the targets of transparent routes: the lines, which the main program
-// passes, and the remote servers, which Open creates.
+// `RouteTargets` contains the targets of transparent routes: the lines (ModbusLinks::lines), and
+// the remote servers, which Open creates.
 class TrafficBook;
 class Upstream;
 
@@ -45,18 +45,19 @@ class RouteTargets {
   RouteTargets(const RouteTargets&) = delete;
   RouteTargets& operator=(const RouteTargets&) = delete;
 
-  /// Open creates the remote servers, one per host and port; Close stops them. To be called on the
-  /// server's thread.
+  /// Open creates the remote servers, one per host and port; Close stops them. Both must be called
+  /// on the server's thread.
   void Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book);
   void Close();
 
-  /// To be called at a reload, after the routes were renewed; `lines` can have other indices than
-  /// before. A server to which no route leads any more finishes its requests and closes. To be
-  /// called on the server's thread.
+  /// Must be called at a reload on the server's thread, after the routes were renewed. `lines` can
+  /// have other indices than before. A server to which no route leads any more finishes its
+  /// requests and closes.
   void Relink(std::span<bus::RouteTarget* const> lines);
 
   bus::RouteTarget* of(std::size_t route) const { return targets_[route]; }
-  /// Calls RouteTarget::Submit and stores the target for Abandon.
+  /// Calls RouteTarget::Submit, and notes that the target can have requests of this client. False:
+  /// the target has too many requests.
   bool Submit(bus::RouteTarget& target, bus::RoutedRequest request);
   /// Calls RouteTarget::Abandon of every target that can have requests of this client.
   void Abandon(std::uint64_t client);
@@ -79,7 +80,7 @@ class RouteTargets {
   /// Servers are never removed, because clients that have sent requests to them can still call
   /// Abandon.
   std::map<HostPort, std::unique_ptr<Upstream>> servers_;
-  std::vector<bus::RouteTarget*> targets_;  ///< the target of each route, by route number
+  std::vector<bus::RouteTarget*> targets_;  ///< by route number; null: the route has no target
   std::vector<Line> lines_;
   /// For each client: the targets that can still have requests of the client.
   std::map<std::uint64_t, std::vector<bus::RouteTarget*>> asked_;
@@ -93,8 +94,8 @@ struct RoutedAsk {
   bool has_room = true;  ///< false: the client has too many pending requests
 };
 
-// `RoutedReport` is the result of a routed request. It is passed to the part that raises alarms for
-// slaves that do not answer clients (gateway/records/event_path.h).
+// `RoutedReport` is the result of a routed request. gateway/records/event_path.h raises alarms from
+// it for slaves that do not answer clients.
 struct RoutedReport {
   const config::Route& route;
   std::uint8_t unit = 0;  ///< the unit that the client has addressed
@@ -107,7 +108,7 @@ using OnRoutedReport = std::function<void(const RoutedReport& end, Now now)>;
 
 class Router {
  public:
-  /// `lines` and `log` must outlive this object. ModbusLinks describes null arguments.
+  /// `lines` and `log` must outlive this object. `log` and `routed` can be null.
   Router(const config::Config& config, std::span<bus::RouteTarget* const> lines,
          audit::WriteLog* log, OnRoutedReport routed, std::shared_ptr<TrafficBook> book);
 
@@ -127,22 +128,22 @@ class Router {
   bool Submit(const RoutedAsk& ask, bus::RoutedRequest request, const Now& now);
   /// Counts and records a request that the listener does not permit.
   void Deny(const RoutedAsk& ask, View pdu, const std::string& reason, const Now& now);
-  /// To be called with the reply of a target, except for broadcasts.
+  /// Must be called with the reply of a target, except for broadcasts.
   void OnEnd(std::size_t route, std::uint8_t unit, RouteOutcome end, const bus::RoutedReply& reply,
              const Now& now);
-  /// To be called for each pending request whose client no longer waits for it.
+  /// Must be called for each pending request whose client no longer waits for it.
   void OnAbandoned(std::size_t route, std::uint8_t unit) {
     book_->Ended(route, unit, RouteOutcome::abandoned, {}, {});
   }
   /// From now on, targets send no more requests of this client.
   void Abandon(std::uint64_t client) { targets_.Abandon(client); }
 
-  /// The traffic book. It is shared, because its other users can outlive the server.
+  /// The traffic book. It is shared, because requests that lines still hold can outlive the server.
   const std::shared_ptr<TrafficBook>& book() const { return book_; }
 
  private:
-  /// Creates the record of a request that can write; null for other requests, or if there is no
-  /// log.
+  /// Returns a new record of a request that may change its slave. Null: the request cannot, or
+  /// there is no log.
   std::shared_ptr<audit::Witness> WitnessOf(const RoutedAsk& ask, View pdu, bool broadcast,
                                             const Now& now) const;
 

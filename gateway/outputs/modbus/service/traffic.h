@@ -1,6 +1,5 @@
 // `TrafficStatus` contains the counters of the Modbus server for `baudgate status`: an entry for
-// each client, serial master and route. The server's thread writes the counters; any thread can
-// read them (gateway/outputs/control).
+// each client, serial master and route. It is a copy, so any thread can read it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,15 +30,16 @@ struct ClientStatus {
   std::uint32_t outstanding = 0;
 };
 
-/// The state of a serial port that waits for a master; it exists even if no master is connected.
+/// The state of a serial port that waits for a master, also while no master is connected.
 struct MasterStatus {
   std::string port;
   bool is_open = false;
   std::string text;           ///< describes the open port; if it is not open, the reason
   WallTime since{};           ///< the time of the last change of is_open
   std::uint64_t frames = 0;   ///< whole requests and replies, including those of other slaves
-  std::uint64_t damaged = 0;  ///< pieces of received bytes that were not a frame
-  /// Another framing in which the damaged bytes were a whole request; a good request clears it.
+  std::uint64_t damaged = 0;  ///< sequences of received bytes that were not a frame
+  /// The framing (RTU or ASCII, not `expected`) in which damaged bytes were a whole request.
+  /// Nothing after the next good frame.
   std::optional<Framing> other;
   Framing expected = Framing::rtu;
   std::uint64_t echoes = 0;  ///< own replies that were received and ignored, although `echo` is off
@@ -47,23 +47,26 @@ struct MasterStatus {
 };
 
 /// Counts how routed requests ended. requests == ok + refused + denied + no_reply + expired + busy
-/// + dropped + broadcasts + pending requests.
+/// + dropped + broadcasts + pending requests. A listener with `errors: silent` does not send the
+/// exceptions 0x0B and 0x06.
 struct RouteCounters {
   std::uint64_t requests = 0;
   std::uint64_t ok = 0;
   std::uint64_t refused = 0;  ///< the slave answered with an exception
   std::uint64_t denied = 0;   ///< the listener does not permit the request; the client got 0x01
-  /// No good reply (silence, damage, port closed); the client got 0x0B.
+  /// No good reply came (silence, damage, port closed); the client got 0x0B.
   std::uint64_t no_reply = 0;
   /// The request waited beyond its deadline and was not sent; the client got 0x0B.
   std::uint64_t expired = 0;
-  std::uint64_t busy = 0;        ///< the queue was full; the client got 0x06
-  std::uint64_t dropped = 0;     ///< the client had left
-  std::uint64_t broadcasts = 0;  ///< requests that were sent to all slaves and are never answered
-  /// Requests among ok and refused that were answered by the exchange of an identical request.
+  std::uint64_t busy = 0;     ///< the queue was full; the client got 0x06
+  std::uint64_t dropped = 0;  ///< the client has left, or no longer waits for the reply
+  /// requests that were sent to all slaves of a line and get no reply
+  std::uint64_t broadcasts = 0;
+  /// Requests among ok and refused that share the exchange of an identical request of another
+  /// client.
   std::uint64_t shared = 0;
-  Duration longest_wait{};  ///< longest time of a request in the queue
-  Duration total_wait{};    ///< sum of the times in the queue, of the requests in ok and refused
+  Duration longest_wait{};
+  Duration total_wait{};  ///< sum of the times in the queue, of the requests in ok and refused
 
   Duration MeanWait() const {
     const auto answered = static_cast<std::int64_t>(ok + refused);
@@ -93,7 +96,7 @@ struct RouteStatus : RouteCounters {
   std::string last_trouble;  ///< reason why the last failed request got no good reply
   WallTime last_trouble_at{};
   /// Replies of a server that came after their deadline and were dropped. If several routes lead to
-  /// one unit of a server, a late reply is counted for each of them.
+  /// one unit of a server, a late reply is counted for each route.
   std::uint64_t late = 0;
   std::map<std::uint8_t, RouteCounters> by_unit;  ///< counters by the unit that clients address
 };
@@ -111,7 +114,7 @@ void VisitFields(const RouteStatus*, Visit visit) {
 struct ClosedListener {
   std::string place;  ///< address of the listener (config::Listener::Address())
   std::string why;
-  bool is_open = false;  ///< the port is open, but its address has left the machine
+  bool is_open = false;  ///< true: the port is open, but this machine no longer has its address
 };
 
 /// Clients of one listener that used another framing than the listener.

@@ -1,8 +1,5 @@
 // `TrafficBook` contains the counters of clients, serial masters and routes from which
-// TrafficStatus is filled. client_requests.cpp, router.cpp,
-// gateway/outputs/modbus/serial/serial_listener.cpp and
-// gateway/outputs/modbus/upstream/upstream.cpp count on the server's thread;
-// gateway/outputs/modbus/server/modbus_server.cpp returns the numbers on any thread.
+// TrafficStatus is filled. The server's thread counts; any thread may call Status.
 // `FunctionCounters` and `LiveCounters` are the counters of functions and clients.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -101,7 +98,7 @@ struct ClientRecord {
   }
 };
 
-/// How a routed request ended. Each value has its counter in RouteCounters.
+/// The end of a routed request. Each value has its counter in RouteCounters.
 enum class RouteOutcome : std::uint8_t {
   ok,
   refused,
@@ -115,14 +112,13 @@ enum class RouteOutcome : std::uint8_t {
 
 class TrafficBook {
  public:
-  /// A number in place of a route's number: broadcasts that belong to no route are counted under
-  /// it, one broadcast per line.
+  /// Takes the place of a route's number for broadcasts that belong to no route. A broadcast is
+  /// counted once for each line.
   static constexpr std::size_t kBroadcasts = std::numeric_limits<std::size_t>::max();
 
   TrafficBook();
 
-  /// Sets the routes that Status returns. Requests of removed routes are still counted, but not
-  /// returned.
+  /// Sets the routes that Status returns. Requests of removed routes are counted, but not returned.
   void Show(const RouteList& routes);
 
   std::shared_ptr<ClientRecord> Enter(const std::string& peer, const config::Listener& listener,
@@ -136,17 +132,17 @@ class TrafficBook {
   void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
   void Heard(std::size_t master, WallTime at);
   void HeardDamage(std::size_t master);
-  /// To be called when damaged bytes were a request in another framing. True if the framing is new
-  /// for this port.
+  /// Must be called when damaged bytes were a request in another framing. False if the same framing
+  /// has been reported since the last good frame.
   bool HeardOther(std::size_t master, Framing heard);
   void HeardOther(const std::string& listener, const std::string& peer, Framing heard,
                   Framing expected, WallTime at);
-  /// To be called when a master's port has received an echo of a reply although `echo` is off.
+  /// Must be called when a master's port has received an echo of a reply although `echo` is off.
   void HeardEcho(std::size_t master);
 
   void Asked(std::size_t route, std::uint8_t unit);
-  /// Counts the end of a request. `reply` can be empty if there was no reply, and `at` if the
-  /// client has left.
+  /// Counts the end of a request. `reply` is empty if there was no reply. `at` is needed only for
+  /// no_reply, expired and busy.
   void Ended(std::size_t route, std::uint8_t unit, RouteOutcome end, const bus::RoutedReply& reply,
              WallTime at);
 
@@ -161,12 +157,12 @@ class TrafficBook {
   mutable Mutex mutex_;
   std::map<std::uint64_t, std::shared_ptr<ClientRecord>> clients_ BAUDGATE_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<FunctionCounters>> functions_
-      BAUDGATE_GUARDED_BY(mutex_);  // by listener
+      BAUDGATE_GUARDED_BY(mutex_);  // key: the listener's address
   std::uint64_t next_client_ BAUDGATE_GUARDED_BY(mutex_) = 1;
   std::map<std::size_t, MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t next_master_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::vector<ClosedListener> closed_ BAUDGATE_GUARDED_BY(mutex_);
-  // By the listener's address.
+  // Key: the listener's address.
   std::map<std::string, OtherSpeaker> others_ BAUDGATE_GUARDED_BY(mutex_);
   std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);  // by route number
   // The numbers of the routes in the running file.

@@ -19,8 +19,8 @@ constexpr Duration kRecentTrouble = 10min;
 constexpr std::size_t kMostUnits = 8;
 constexpr const char* kCheckWire = "check bit rate, parity and wiring";
 
-/// Returns a sentence about an open port without requests; empty: the last request, or the opening
-/// of the port, was less than kSilentMaster ago.
+/// Returns a sentence about an open port without frames; empty: the last frame, or the opening of
+/// the port, was less than kSilentMaster ago.
 std::string Silence(const modbus::MasterStatus& master, WallTime now) {
   const bool never = master.last_frame == WallTime{};
   const Duration silent = now - (never ? master.since : master.last_frame);
@@ -37,8 +37,8 @@ std::string Silence(const modbus::MasterStatus& master, WallTime now) {
 
 std::uint64_t Answered(const modbus::RouteCounters& unit) { return unit.ok + unit.refused; }
 
-/// Returns sentences about units that have never answered. The advice depends on whether other
-/// units of the route have answered.
+/// Returns sentences about units that have never answered. The advice depends on whether another
+/// unit of the route has answered.
 Sentences DeadUnits(const modbus::RouteStatus& route) {
   const auto good = std::ranges::find_if(
       route.by_unit, [](const auto& unit) { return Answered(unit.second) > 0; });

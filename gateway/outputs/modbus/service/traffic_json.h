@@ -1,7 +1,7 @@
 // `TrafficJson` returns Modbus clients, serial masters and transparent routes as JSON, a part of
-// the answer to `baudgate status`. docs/status-reference.md describes every field; fields are only
-// ever added. `DiagnoseMaster`, `DiagnoseOther` and `DiagnoseRoute` describe each problem in one
-// sentence.
+// the answer to `baudgate status`. docs/status-reference.md describes every field; later versions
+// may only add fields. `DiagnoseMaster`, `DiagnoseOther` and `DiagnoseRoute` describe each problem
+// in one sentence.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,24 +16,25 @@ namespace baudgate::modbus {
 
 /// Returns
 /// {"clients":[…],"masters":[…],"closed":[…],"other_framing":[…],"routes":[…],"labels":{…}}. If
-/// `line` is not empty, only the routes that lead to this line are included; the other arrays are
-/// empty.
+/// `line` is not empty, `routes` contains only the routes that lead to this line, and the other
+/// arrays are empty.
 nlohmann::ordered_json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line,
                                    Now now);
 
-/// A master that has sent no request for this time has stopped polling, because panels and PLCs
-/// poll all the time.
+/// A master that has been silent for this time is reported, because panels and PLCs poll all the
+/// time.
 inline constexpr Duration kSilentMaster = 1min;
 /// A share of damaged frames above this limit is reported, because occasional disturbances cause
 /// less.
 inline constexpr double kNotableDamage = 0.01;
 
-/// Returns sentences about problems with a master; empty: its requests arrive undamaged.
+/// Returns sentences about problems with a master; empty: there are none.
 std::vector<std::string> DiagnoseMaster(const modbus::MasterStatus& master, WallTime now);
 
 std::string DiagnoseOther(const modbus::OtherSpeaker& other, WallTime now);
 
-/// Returns sentences about the problems of a route; empty: every request had a good reply.
+/// Returns sentences about late replies, and about the trouble of the last ten minutes. Empty:
+/// there are no problems.
 std::vector<std::string> DiagnoseRoute(const modbus::RouteStatus& route, WallTime now);
 
 }  // namespace baudgate::modbus

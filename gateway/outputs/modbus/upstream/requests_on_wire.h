@@ -1,7 +1,7 @@
 // `RequestsOnWire` contains the requests that were sent to a remote server and are not answered
 // yet. It decides which further requests may be sent, which request a reply answers, what happens
 // when a deadline passes, and which requests are sent again when the connection ends. No socket, no
-// clock; used by upstream.cpp.
+// clock. gateway/outputs/modbus/upstream/upstream.cpp uses it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,8 +23,9 @@ namespace baudgate::modbus {
 
 class RequestsOnWire {
  public:
-  /// The most requests on the wire. The last kKeptForWrites places are for short writes only, so
-  /// that reads from units that do not answer cannot delay a stop command.
+  /// The most requests on the wire. The last kKeptForWrites places are for short writes only
+  /// (RouteQueue::IsShortWrite), so that reads from units that do not answer cannot delay a stop
+  /// command.
   static constexpr std::size_t kMost = 16;
   static constexpr std::size_t kKeptForWrites = 4;
   /// The most requests on the wire to one unit; beyond this number only short writes are sent.
@@ -33,8 +34,9 @@ class RequestsOnWire {
   /// connection is renewed. If a unit lets this number of deadlines pass, it gets only one request
   /// at a time until it answers.
   static constexpr int kSilentDeadlines = 3;
-  /// A repeated request is on trial for this time: if it makes the server close the connection, the
-  /// server does so within this time.
+  /// A repeated request may have made the server close the connection. For this time after it was
+  /// sent (its trial), no other repeated request is sent: a server that closes the connection
+  /// because of a request does so within this time.
   static constexpr Duration kTriedOut = std::chrono::milliseconds(200);
 
   /// A request on the wire, with identical reads of other clients, which its reply answers as well.
@@ -57,21 +59,21 @@ class RequestsOnWire {
     void Answer(Outcome outcome, View pdu, const std::string& reason) const;
   };
 
-  /// To be called when a new connection is attempted: clears the observations about the last
-  /// connection.
+  /// Must be called when a new connection is attempted: forgets the silence and the expired
+  /// requests of the last connection.
   void OnConnecting(Instant now);
 
   bool empty() const { return sent_.empty(); }
   bool full() const { return sent_.size() >= kMost; }
-  /// True if a request other than a short write (RouteQueue::IsShortWrite) is allowed to be sent to
-  /// this unit now. Then fewer than kMost - kKeptForWrites requests are on the wire, and fewer than
-  /// kMostPerUnit of them go to this unit (none, if it let kSilentDeadlines deadlines in a row
-  /// pass).
+  /// True if a request other than a short write (RouteQueue::IsShortWrite) may be sent to this unit
+  /// now: fewer than kMost - kKeptForWrites requests are on the wire, and fewer than kMostPerUnit
+  /// of them go to this unit. A unit that let kSilentDeadlines deadlines in a row pass gets one at
+  /// a time.
   bool HasRoom(std::uint8_t unit) const;
-  /// True if the request overtakes no write to its unit; a broadcast: no write to any unit.
+  /// True if no write to the request's unit is on the wire. A broadcast waits for writes to all
+  /// units.
   bool MayFollow(const bus::RoutedRequest& request) const;
-  /// True while a repeated request is on trial: the server can still close the connection because
-  /// of it.
+  /// True while a repeated request is on trial (kTriedOut).
   bool IsTryingOut(Instant now) const { return TriedOutAt(now).has_value(); }
   /// Returns when the next trial of a repeated request ends, which is kTriedOut after the request
   /// was sent; nothing: no request is on trial.
@@ -89,8 +91,8 @@ class RequestsOnWire {
     std::optional<Sent> sent{};
     bool late = false;  ///< no request waits for the reply, but an expired request had this id
   };
-  /// Removes and returns the request that a reply with this id answers. Counts that the server and
-  /// the unit have answered.
+  /// Removes and returns the request that a reply with this id answers. Ends the silence of the
+  /// server and of the unit.
   Replied TakeReplied(std::uint16_t id, std::uint8_t unit);
 
   /// Removes and returns the requests whose deadline has passed. Requests with a later deadline

@@ -1,4 +1,5 @@
-// Queues, sends, expires and answers requests to a remote server; makes and renews the connection.
+// `Upstream::Link` queues, sends, expires and answers the requests to a remote server, and makes
+// and renews the connection.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/upstream/upstream.h"
 
@@ -18,7 +19,7 @@ namespace baudgate::modbus {
 
 namespace {
 
-constexpr Duration kConnectTimeout = 5s;  // for the name look-up and connecting together
+constexpr Duration kConnectTimeout = 5s;  // for the name look-up and the connecting together
 
 }  // namespace
 
@@ -75,7 +76,8 @@ void Upstream::Link::Drop(std::uint64_t client) {
   on_wire_.Abandon(client);
 }
 
-/// Does all work that is due. To be called after any change.
+/// Does all work that is due. Must be called after any change of the queue or the connection, and
+/// when the timer expires.
 void Upstream::Link::Work() {
   const Instant now = clock_();
   ExpireWaiting(now);
@@ -112,7 +114,7 @@ void Upstream::Link::Arm(Instant now) {
   });
 }
 
-// ---------------------------------------------------------------- answers
+// ---------------------------------------------------------------- answers without a reply
 
 void Upstream::Link::ExpireWaiting(Instant now) {
   std::string why = "waited beyond its deadline";
@@ -129,9 +131,9 @@ void Upstream::Link::RefusePaused(Instant now) {
   }
 }
 
-/// Answers expired requests. If a part of a reply has been received that can only be late, the
-/// connection is renewed: if the rest never came, the beginning of the next reply would be taken
-/// for it.
+/// Answers expired requests. If a part of a reply to an expired request has arrived, the connection
+/// is renewed: should the rest never arrive, the beginning of the next reply would be taken for the
+/// rest.
 void Upstream::Link::ExpireSent(Instant now) {
   const std::vector<Sent> expired = on_wire_.TakeExpired(now);
   for (const Sent& sent : expired) {
@@ -173,8 +175,8 @@ void Upstream::Link::OnConnected() {
   Work();
 }
 
-/// Handles the end of the connection. If it ends between two frames, the server has read none of
-/// the later requests, so the reads among them are sent again.
+/// Handles the end of the connection. If no part of a reply has arrived, the reads on the wire are
+/// sent again, as far as RequestsOnWire::TakeReads allows.
 void Upstream::Link::OnBroken(const std::string& reason) {
   const Instant now = clock_();
   if (connection_->connected() && !connection_->in_frame()) {
@@ -198,7 +200,7 @@ void Upstream::Link::Break(const std::string& reason, Instant now) {
   for (const Sent& sent : on_wire_.TakeAll()) sent.Answer(Outcome::no_reply, {}, text);
 }
 
-// ---------------------------------------------------------------- the outside
+// ---------------------------------------------------------------- the class Upstream
 
 Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port, OnLate on_late,
                    Clock clock)
@@ -267,7 +269,7 @@ void Upstream::Link::OnFrame(View frame) {
                         name_ + " answered for unit " + std::to_string(unit));
   }
   // The id has identified the request of this reply. Exception and function code are checked here;
-  // the client checks the rest.
+  // the client checks all other bytes.
   const View pdu = PduOf(frame);
   const bool refused = pdu[0] == (sent->function() | kExceptionBit) && pdu.size() == 2;
   if (refused) return sent->Answer(Outcome::refused, pdu, "");

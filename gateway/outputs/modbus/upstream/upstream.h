@@ -18,8 +18,8 @@ namespace baudgate::modbus {
 /// The connection is opened for the first request, and stays open. A write is sent only after the
 /// previous write to the same unit has ended, and nothing is sent after its deadline. A read that
 /// was on the wire when the connection ended is sent again: once, and once more each time that
-/// another request was the cause. A broadcast is answered "ok" when it is sent; a reply of the
-/// server to a broadcast is dropped.
+/// another request has ended the connection. A broadcast is answered "ok" when it is sent; a reply
+/// of the server to a broadcast is dropped.
 class Upstream final : public bus::RouteTarget {
  public:
   using OnLate = std::function<void(std::uint8_t unit)>;
@@ -38,7 +38,7 @@ class Upstream final : public bus::RouteTarget {
   // runs it.
   /// Accepts requests from now on, also after Rest.
   void Start();
-  /// To be called when no route leads to this server any more: closes the connection when no
+  /// Must be called when no route leads to this server any more: closes the connection when no
   /// request is pending.
   void Rest();
   /// Answers all pending requests, and accepts no more requests.

@@ -103,8 +103,8 @@ void UpstreamConnection::Begin() {
   owner_->OnConnected();
 }
 
-/// Sends a frame. If the kernel has no space for a few hundred bytes, the server does not read, so
-/// this is an error. Bytes are not queued here, because they would be sent after their deadlines.
+/// If the kernel has no space for a few hundred bytes, the server does not read, so this is an
+/// error. Bytes are not queued here, because they would be sent after their deadlines.
 Status UpstreamConnection::Send(View frame) {
   asio::error_code error;
   const std::size_t count = socket_.write_some(asio::buffer(frame.data(), frame.size()), error);

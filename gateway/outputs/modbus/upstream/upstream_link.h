@@ -1,7 +1,7 @@
 // `Upstream::Link` is the implementation of Upstream: the connection to one remote server.
-// `UpstreamQueue` contains requests that wait to be sent; requests that were sent are in
-// requests_on_wire.h. `Reconnect` decides when a connection may be attempted, `UnitPauses` decides
-// which units get no requests for a while, and `UpstreamConnection` is one TCP connection.
+// `UpstreamQueue` contains requests that wait to be sent; RequestsOnWire contains the requests that
+// were sent. `Reconnect` decides when a connection may be attempted, `UnitPauses` decides which
+// units get no requests for a while, and `UpstreamConnection` is one TCP connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -46,7 +46,7 @@ class Reconnect {
     trouble_.clear();
     ladder_.Reset();
   }
-  /// To be called when the connection has ended or could not be opened. The next request opens a
+  /// Must be called when the connection has ended or could not be opened. The next request opens a
   /// new connection: at once if the server had `accepted` this connection, else after a pause.
   /// Returns true if `why` differs from the last reason.
   bool OnBroken(bool accepted, const std::string& why, Instant now) {
@@ -75,9 +75,8 @@ class UnitPauses {
   static constexpr Duration kLongest = std::chrono::seconds(5);
 
   void OnAnswer(std::uint8_t unit) { units_[unit] = {.answers = true}; }
-  /// To be called when a request to the unit has ended the connection twice. A unit that has
-  /// answered since its last request of this kind gets no pause, because other clients use it
-  /// successfully.
+  /// Must be called when a repeated request to the unit has ended the connection. A unit that has
+  /// answered since the previous call gets no pause, because other clients use it successfully.
   void OnClosed(std::uint8_t unit, Instant now) {
     State& state = units_[unit];
     if (state.answers) {
@@ -99,7 +98,7 @@ class UnitPauses {
 };
 
 /// `UpstreamQueue` contains the requests that wait for one remote server. Any thread may call
-/// Submit; all other functions must be called on one thread.
+/// Submit; all other functions must be called on the server's thread.
 class UpstreamQueue final : public bus::RouteQueue {
  public:
   /// The number of requests that can wait for their replies (RouteQueue::TakePlace).
@@ -107,8 +106,8 @@ class UpstreamQueue final : public bus::RouteQueue {
 
   enum class Entry : std::uint8_t {
     refused,
-    first,  ///< the request is accepted; the caller must have Gather called
-    more,   ///< the request is accepted; an earlier request has led to a call of Gather
+    first,  ///< the request is accepted; the caller must request a call of Gather
+    more,   ///< the request is accepted; a call of Gather has been requested already
   };
   Entry Submit(bus::RoutedRequest request);
 
@@ -130,14 +129,15 @@ class UpstreamQueue final : public bus::RouteQueue {
 };
 
 // `UpstreamConnection` is one connection to a Modbus TCP server: it looks up the name, connects,
-// and sends and receives whole frames. upstream.cpp creates it and interprets the frames.
+// and sends and receives whole frames. gateway/outputs/modbus/upstream/upstream.cpp creates it and
+// interprets the frames.
 
 /// All functions must be called on the thread that runs the io_context. Pending operations keep the
 /// object alive.
 class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnection> {
  public:
-  /// Receives the callbacks, which are never made from within a call of the connection. The owner
-  /// can close the connection from within a callback.
+  /// Receives the callbacks. No function of the connection makes a callback before it returns. The
+  /// owner can close the connection from within a callback.
   class Owner {
    public:
     virtual void OnConnected() = 0;
@@ -155,20 +155,19 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
     ~Owner() = default;
   };
 
-  /// The owner must outlive the connection until Close.
+  /// The owner must remain valid until Close.
   UpstreamConnection(asio::io_context& io, Owner& owner)
       : io_(io), socket_(io), owner_(&owner), input_([this](View head, std::size_t told) {
           return owner_ == nullptr ? told : owner_->LengthOf(head, told);
         }) {}
 
-  /// Looks up the name and connects. To be called once. There is no timeout; Close ends the
+  /// Looks up the name and connects. Must be called only once. There is no timeout; Close ends the
   /// attempt.
   void Open(const std::string& host, std::uint16_t port);
   /// Passes the whole frame to the kernel. Returns an error if the kernel does not accept all of it
   /// now.
   Status Send(View frame);
-  /// Closes the connection; no callback is called any more. Bytes that neither side has read are
-  /// dropped, so that they are not delivered late.
+  /// Closes the connection; no callback is called any more.
   void Close();
 
   bool connected() const { return connected_; }
@@ -218,7 +217,6 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   std::size_t LengthOf(View head, std::size_t told) const override;
   void OnBroken(const std::string& reason) override;
 
-  // Implemented in upstream.cpp: queue, deadlines and connection.
   void TakeIncoming();
   void Drop(std::uint64_t client);
   void Work();
@@ -233,13 +231,13 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void AnswerUnsent(const std::vector<bus::RoutedRequest>& requests, Outcome outcome,
                     const std::string& reason);
 
-  // Implemented in upstream.cpp: requests that are sent, and their replies.
   void Pump(Instant now);
   bus::RouteQueue::Batch Choose(Instant now);
   void Send(bus::RouteQueue::Batch batch, Instant now);
 
   asio::io_context& io_;
-  asio::steady_timer timer_;  // expires at the next deadline of any kind
+  // Expires when Work has something to do.
+  asio::steady_timer timer_;
   const std::string host_;
   const std::uint16_t port_;
   const OnLate on_late_;
@@ -250,7 +248,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   RequestsOnWire on_wire_;
   UnitPauses pauses_;
   Reconnect reconnect_;
-  // No route leads to this server: the connection is closed after the last request.
+  // True: no route leads to this server, so the connection is closed after the last request.
   bool resting_ = false;
   std::shared_ptr<UpstreamConnection> connection_;
   Instant connect_by_;

@@ -1,9 +1,8 @@
 // `ModbusRequest` is a request in its frame, checked byte for byte before it has any effect.
-// `ClientFraming` cuts the bytes of a client into Modbus TCP frames, or RTU or ASCII frames over
-// TCP, and frames the replies; inside the server every frame has its Modbus TCP form.
-// `MbapAssembler` cuts Modbus TCP. `Frames` lists the protocols. `OtherFraming` recognises a client
-// that uses another framing. No I/O, no clock. Bytes come from
-// gateway/outputs/modbus/server/client_session.cpp, requests are passed to
+// `ClientFraming` cuts the bytes of a client (Modbus TCP, or RTU or ASCII over TCP) into frames,
+// and frames the replies; inside the server every frame has its Modbus TCP form. `MbapAssembler`
+// cuts Modbus TCP. `OtherFraming` recognises a client that uses another framing. No I/O, no clock.
+// Bytes come from gateway/outputs/modbus/server/client_session.cpp; requests are passed to
 // gateway/outputs/modbus/service/own_units.h. protocols/modbus_pdu/modbus_pdu.h decides which PDUs
 // are valid.
 // SPDX-License-Identifier: Apache-2.0
@@ -44,7 +43,8 @@ class MbapAssembler {
   enum class State : std::uint8_t {
     need_more,
     frame,
-    malformed,  ///< no frame boundary can be trusted any more: the caller must close the connection
+    /// The end of the frame is unknown, so the caller must close the connection.
+    malformed,
   };
 
   /// Returns the real length of a PDU in bytes, at most `told`. `head` begins with the frame's
@@ -126,14 +126,14 @@ struct Frames {
   }
 };
 
-// OtherFraming recognises a client that uses another framing than its listener expects, by the
+// `OtherFraming` recognises a client that uses another framing than its listener expects, by the
 // first bytes that the client sends:
 //
 //   00 01 00 00 00 06 01 03 00 00 00 01     Modbus TCP
 //   01 03 00 00 00 01 84 0A                 Modbus RTU: the CRC is right
 //   :010300000001FB CR LF                   Modbus ASCII: the LRC is right
 
-/// The most bytes, from the first received byte on, that are examined.
+/// The number of first bytes of a client that are examined.
 inline constexpr std::size_t kMostLookedAt = 520;
 
 /// Returns the framing, other than `expected`, in which `heard` contains a request; nothing: no
@@ -148,8 +148,8 @@ class ClientFraming {
 
   virtual std::span<std::uint8_t> Space() = 0;
   virtual void Commit(std::size_t count) = 0;
-  /// To be called when the client has been silent for a while: the rest of an incomplete frame will
-  /// not come.
+  /// Must be called when the client has been silent for so long that the rest of an incomplete
+  /// frame will not come. The next Peek drops the incomplete frame.
   virtual void Settle() = 0;
 
   /// Returns what Take would return, without taking the frame.
@@ -158,7 +158,7 @@ class ClientFraming {
   /// Space or Take.
   virtual State Take(View& frame) = 0;
   /// True if bytes after the last request are, or can become, the next request. A reply without a
-  /// transaction number would then be taken for the reply to the next request.
+  /// transaction number, sent now, would be taken for the reply to this next request.
   virtual bool HoldsMore() = 0;
   virtual std::string_view Defect() const = 0;
 

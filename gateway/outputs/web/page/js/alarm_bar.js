@@ -31,7 +31,7 @@ export function startAlarmBar(bar) {
   const since = age();
   const button = h('button', {type: 'button', onclick: () => acknowledge(String(button.value))}, 'Acknowledge');
   const newest = h('span', {class: 'alarm-newest'}, priority, source, text, since, button);
-  // A screen reader reads the sentence, but not the age, which changes every second.
+  // A screen reader reads `spoken`, which does not contain the age, because the age changes every second.
   const spoken = h('span', {class: 'hidden', role: 'status'});
   bar.append(shape, total, newest, spoken);
 

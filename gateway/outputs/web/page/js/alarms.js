@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The view of alarms: alarms that are not normal, live, and events by device, time and state.
+// The view of alarms: a live list of alarms that are not normal, and the events by device, time and state.
 import {get} from './api.js';
 import {acknowledge, alarmSource, priorityMark} from './alarm_bar.js';
 import {on} from './bus.js';

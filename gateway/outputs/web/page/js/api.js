@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sends requests to the gateway. An error contains the gateway's own sentence. Paths are relative to the page, because a
-// proxy may show it below a path of its own.
+// Sends requests to the gateway. The message of an error is the gateway's own sentence. Paths are relative to the page,
+// because a proxy may show the page below a path of its own.
 import {emit} from './bus.js';
 
 export class ApiError extends Error {
@@ -26,8 +26,8 @@ async function request(path, options) {
 }
 
 /**
- * get('status', {target: 'bay-1'}): parameters without a value are left out. `patience`: the timeout in milliseconds; 0:
- * none.
+ * Example: get('status', {target: 'bay-1'}). Parameters without a value are left out. `patience` is the timeout in
+ * milliseconds; 0: no timeout.
  */
 export function get(name, parameters = {}, patience = 0) {
   return request(address(name, parameters), patience ? {signal: AbortSignal.timeout?.(patience)} : {});

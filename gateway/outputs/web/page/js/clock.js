@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gateway's clock, estimated from the times that it sends, and ages that advance with this clock.
+// An estimate of the gateway's clock, from the times that the gateway sends, and ages that advance with this clock.
 import {ageText} from './format.js';
 import {h, setText} from './dom.js';
 
 let ahead = 0;
 
-/** To be called when a time of the gateway arrives (milliseconds since 1970). */
+/** Must be called when a time of the gateway's clock arrives (milliseconds since 1970). */
 export function heardTime(ms) {
   ahead = ms - Date.now();
 }

@@ -84,5 +84,5 @@ export const counted = (title, of) => ({title, class: 'num', text: (item) => cou
 export const said = (title = 'Problem') =>
   ({title, class: 'said', text: (thing) => [...(thing.trouble ? [thing.trouble] : []), ...thing.advice].join('\n')});
 
-/** The time to which age_ms refers: `heard` is when the status arrived; null: never. */
+/** Converts age_ms to a time of the gateway's clock; null: never. `heard`: the time when the status arrived. */
 export const heardAgo = (one) => (one.age_ms === null ? null : one.heard - one.age_ms);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds elements. Texts become text nodes and are never parsed as HTML.
 
-/** h('td', {class: 'num', onclick: f}, 'text', node): children that are false, null or undefined are left out. */
+/** Example: h('td', {class: 'num', onclick: f}, 'text', node). False, null and undefined children are left out. */
 export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -39,7 +39,7 @@ const shapes = {
   new: 'M6 1 11 6 6 11 1 6z',
 };
 
-/** A small shape beside a word: states differ in shape as well as in colour. */
+/** Makes a small shape beside a word, so that states differ in shape as well as in colour. */
 export function mark(kind) {
   const shape = svg('svg', {'viewBox': '0 0 12 12', 'aria-hidden': 'true'}, svg('path'));
   setMark(shape, kind);

@@ -66,7 +66,7 @@ export function eventsPart(given) {
   };
   const parameters = (after) => ({after, target: chosen.device,
     since_ms: spans[chosen.since] ? Math.round(now() - spans[chosen.since]) : undefined});
-  /** Fetches pages from `next` on, at most mostPages per round, because without a time limit there may be very many. */
+  /** Fetches at most mostPages pages from `next` on, because a filter without a beginning may match very many events. */
   const fetchNew = async () => {
     const mine = round;
     for (let pages = 0; pages < mostPages; ++pages) {

@@ -7,14 +7,14 @@ const bytesOf = (hex) => hex.split(' ').filter(Boolean);
 const codesOf = (bytes) => bytes.map((b) => (b === '**' ? 42 : parseInt(b, 16)));
 const isText = (code) => code >= 32 && code < 127;
 
-/** The meaning behind a frame; empty if the text repeats only its bytes as characters. */
+/** Returns the meaning that follows a frame's bytes; empty if the text only repeats the bytes as characters. */
 function meaningOf(hex, text) {
   const codes = codesOf(bytesOf(hex));
   const same = codes.every((code, i) => (text[i] ?? '.') === (isText(code) ? String.fromCharCode(code) : '.'));
   return same && text.length <= codes.length ? '' : text;
 }
 
-/** Text if every byte is a character, else the bytes in hex. */
+/** Returns the bytes as text if every byte is printable, CR or LF, else in hex. */
 function shown(hex) {
   const bytes = bytesOf(hex);
   const codes = codesOf(bytes);
@@ -54,7 +54,7 @@ export class ExchangeReader {
   }
 }
 
-/** The exchanges of a recorder. If its records begin inside an exchange, that exchange is left out. */
+/** Returns the exchanges in a line's records. If the records begin inside an exchange, that exchange is left out. */
 export function exchangesOf(records) {
   const reader = new ExchangeReader();
   const first = form.exec(records[0] || '')?.[3] === '<' ? records.findIndex((r) => form.exec(r)?.[3] === '=') + 1 : 0;

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formats numbers, times, values and states.
 
 const grouped = new Intl.NumberFormat('en');
 

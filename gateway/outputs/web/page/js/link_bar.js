@@ -19,8 +19,8 @@ export function showLink(word, banner) {
     banner.hidden = state !== 'lost';
     if (state === 'lost') {
       setAge(silent, now() - (Date.now() - since));
-      // The stream cannot tell a lost connection from a session that has ended; the answer to this request brings up the
-      // login form.
+      // The stream cannot tell a lost connection from a session that has ended. The answer to this request can, and
+      // then the login form is shown.
       askSession().then((s) => s.needs_token && !s.logged_in && location.reload(), () => {});
     }
   });

@@ -10,8 +10,8 @@ import {askSession, logOut, session, showLogin} from './session.js';
 import {start, stop} from './stream.js';
 
 /**
- * name: the title (empty: not in the list on top), and the module whose function of this name shows the view and returns the
- * function that ends it.
+ * Each view's title (empty: not in the list on top) and module. The module's function with the name of the view shows the
+ * view, and returns the function that ends the view.
  */
 const views = {
   overview: ['Overview', () => import('./overview.js')],
@@ -115,7 +115,7 @@ on('link', async ({state, before}) => {
   if (state !== 'live' || before !== 'lost') return;
   const {version} = session;
   await askSession().catch(() => {});
-  // Another version of the gateway has another page.
+  // Another version of the gateway has another page, which must be loaded.
   if (session.version !== version) location.reload();
 });
 

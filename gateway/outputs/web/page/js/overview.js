@@ -33,7 +33,7 @@ const deviceColumns = [
   {title: 'Good points', class: 'num', text: ({points}) => `${points.good} of ${points.count}`},
 ];
 
-/** The advice about the gateway apart from its lines. */
+/** Returns the advice about the parts of the gateway that are not lines. */
 export function gatewayAdvice(status) {
   const parts = [['DDS', status.dds], ['Events', status.events], ['History', status.history],
     ['Configuration', status.configuration], ['Audit', status.audit]];

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small parts that several views use.
 import {h, mark, setMark, setText, svg} from './dom.js';
 import {hourShare} from './format.js';
 
@@ -48,7 +47,7 @@ export class Sentences {
   }
 }
 
-/** The problem of a view: the gateway's sentence, or nothing. */
+/** The reason why a view cannot show its data: the gateway's sentence, or nothing. */
 export class Problem {
   constructor() {
     this.element = h('p', {class: 'problem', role: 'alert', hidden: true});
@@ -62,7 +61,7 @@ export class Problem {
   }
 }
 
-/** A headline; paint(kind, text) gives it a shape, for things that have a state. */
+/** A headline. paint(kind, text) adds a shape that shows the state of the headline's subject. */
 export class Headline {
   constructor(text) {
     this.shape = mark('fine');
@@ -90,8 +89,8 @@ export function select(label, options, value, change) {
 }
 
 /**
- * The last hour of a device, one column per minute: the answered part is drawn below, the rest above. Minutes without a poll
- * are empty. A text beside the strip shows the number.
+ * The last hour of a device, one column per minute: the part of the polls that was answered is drawn below, the rest above.
+ * Minutes without a poll are empty. A text beside the strip shows the share of answered polls in the hour.
  */
 export class HourStrip {
   constructor() {

@@ -22,7 +22,7 @@ export function set(given) {
   try {
     localStorage.setItem(key, JSON.stringify(names));
   } catch {
-    // A browser without storage loses the choice with the page.
+    // Without storage, the browser forgets the choice when the page is closed.
   }
   emit('picked');
 }

@@ -13,7 +13,7 @@ export function loadCharts() {
   loading ||= new Promise((resolve, reject) => {
     document.head.append(h('link', {rel: 'stylesheet', href: 'chart.css'}));
     document.head.append(h('script', {src: 'chart.js', onload: () => {
-      // The legend of the library writes HTML with styles, which the page's security policy forbids.
+      // The library's legend writes HTML with styles, which the page's security policy forbids.
       Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
       resolve();
     }, onerror: () => {
@@ -26,7 +26,7 @@ export function loadCharts() {
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-/** Draws one polygon for each run without a hole. */
+/** Draws the band from minima to maxima: one polygon for each sequence of rows without a hole. */
 function band(e) {
   const {drawingContext: context, plotArea: area, points} = e;
   context.save();

@@ -9,8 +9,8 @@ import * as picked from './picked.js';
 import {valueOf} from './store.js';
 
 /**
- * Up to this number all rows exist, so a device can be printed. `all` is smaller, because search results change with every
- * letter.
+ * Up to this number of points all rows exist, so that the points of a device can be printed. The limit for all points is
+ * smaller, because search results change with every letter.
  */
 const plainLimit = {device: 400, all: 40};
 
@@ -77,7 +77,7 @@ class Row {
 }
 
 export class PointTable {
-  /** full: rows show LINE.DEVICE.POINT. */
+  /** If `full` is true, rows show LINE.DEVICE.POINT, else POINT. */
   constructor({full, label}) {
     this.full = full;
     this.points = [];
@@ -137,7 +137,7 @@ export class PointTable {
     });
   }
 
-  /** Assigns points to rows: row i of the pool shows the visible index that equals i modulo the size of the pool. */
+  /** Assigns points to the few rows that exist: of n rows, row i shows the visible point whose index modulo n is i. */
   place() {
     const size = this.rows.length;
     if (!size) return;

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// The view of all points of the gateway, with a search.
 import {on} from './bus.js';
 import {count} from './format.js';
 import {h, setText} from './dom.js';

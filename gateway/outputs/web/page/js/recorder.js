@@ -36,6 +36,6 @@ export function startRecorder() {
 
 export async function recordedSeries(point, since, until) {
   const rows = (kept.get(point) || []).filter(([t]) => t >= since && t <= until);
-  // A browser's timer may be late by one period: only a longer gap is a hole.
+  // A browser's timer may be late by one period, so only a longer gap is a hole.
   return {point, unit: ids.get(point)?.unit || '', step_ms: 2 * periodMs, rows};
 }

@@ -39,7 +39,7 @@ export function onOneGrid(list) {
   return [...grid.values()].sort((a, b) => a[0] - b[0]);
 }
 
-/** A smaller share is less than a whole step; the margin is for rounding. */
+/** If the good share of a step is smaller, the value was not always good. The difference to 1 allows for rounding. */
 const wholeShare = 0.995;
 
 /** Returns the spans [from, until] in which a value was not always good. A step that ends after `end` is not counted. */
@@ -74,7 +74,7 @@ export function summary(series) {
   return n ? {min, max, mean: sum / n, last: series.rows.at(-1)[2]} : null;
 }
 
-/** Returns the last row of a series that begins before `time` and is not too old for it, or null. */
+/** Returns the row of a series that applies at `time`, or null: the latest row before `time`, unless it is too old. */
 export function rowAt(series, time) {
   const {rows} = series;
   let low = 0;

@@ -12,7 +12,7 @@ export async function askSession() {
 
 export const logOut = () => post('logout');
 
-/** Shows the form; calls done() when the gateway has accepted the token. */
+/** Shows the login form; calls done() when the gateway has accepted the token. */
 export function showLogin(main, done) {
   const problem = h('p', {class: 'problem', role: 'alert', hidden: true});
   const token = h('input', {id: 'token', type: 'password', autocomplete: 'current-password', required: true});

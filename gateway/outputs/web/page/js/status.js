@@ -5,11 +5,11 @@ import {on} from './bus.js';
 import {heardTime} from './clock.js';
 
 const periodMs = 2000;
-const patienceMs = 10000;  // timeout: a later answer may never come
+const patienceMs = 10000;  // timeout, because an answer may never come
 
 /**
- * Calls use(status) every two seconds, or less often if answers are slow, and fail(error). Returns the function that stops
- * it.
+ * Requests the status every two seconds, or less often if answers are slow. Calls use(status), or fail(error). Returns the
+ * function that ends the requests.
  */
 export function watchStatus(target, use, fail) {
   return repeat(async () => {
@@ -20,8 +20,8 @@ export function watchStatus(target, use, fail) {
 }
 
 /**
- * Calls `ask` periodically; if answers are always slow, less often. A single slow answer changes nothing, because the
- * gateway may have been paused. A request that was under way when the link returned is repeated at once.
+ * Calls `ask` every `period` ms, but less often if two answers in a row are slow. One slow answer changes nothing, because
+ * the gateway may have been paused. If the connection returns during a request, the request is repeated at once.
  */
 export function repeat(ask, use, fail, period) {
   let timer = 0;

@@ -34,7 +34,7 @@ function tellSoon() {
   });
 }
 
-/** Takes a snapshot (`whole`) or the changes of the stream. */
+/** Stores the values of a snapshot (`whole`) or of a change from the stream. */
 export function take(data, whole) {
   if (whole) {
     if (generation !== null && generation !== data.generation) forget();
@@ -62,7 +62,7 @@ function adopt(answer) {
   return answer.points;
 }
 
-/** Lets the browser paint between two long steps. */
+/** Lets the browser paint between two long calculations. */
 const breath = (result) => new Promise((resolve) => setTimeout(resolve, 0, result));
 
 /** Returns all points of the gateway with their descriptions; fetched once, and again after a reload. */
@@ -79,7 +79,7 @@ export function allPoints() {
 
 export const pointsOf = (device) => get('points', {device}).then(adopt);
 
-/** The points whose name or description contains every word of the text. */
+/** Returns the points whose name or description contains every word of the text. */
 export function matching(points, text) {
   const words = text.toLowerCase().split(/\s+/).filter(Boolean);
   if (!words.length) return points;
@@ -94,7 +94,7 @@ function forget() {
 
 on('reload', forget);
 on('link', ({state, before}) => {
-  // The gateway may have been replaced, or have a new configuration.
+  // While the connection was lost, the gateway may have been replaced or have got a new configuration.
   if (state === 'live' && before === 'lost') {
     described = null;
     emit('points');

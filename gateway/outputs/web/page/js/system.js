@@ -31,7 +31,7 @@ const routeColumns = (labels) => [
   {title: 'Last trouble', class: 'said', text: (r) => r.last_trouble || '–'},
 ];
 
-/** A route, followed by a row for each unit if it has served several. */
+/** Returns a row for a route, then a row for each of its units if clients have addressed more than one. */
 const withUnits = (route) => [route, ...(route.by_unit.length < 2 ? [] : route.by_unit.map((unit) =>
   ({...unit, units: `unit ${unit.unit}`, target: route.target, last_trouble: ''})))];
 
@@ -119,7 +119,8 @@ export function system(root) {
   const clients = new DataTable({columns: clientColumns, key: (c) => `${c.peer} ${c.listener}`, caption: 'Modbus clients',
     empty: 'No Modbus client is connected.'});
   const routesPart = section('Routes');
-  let routes = null;  // its columns come with the first status
+  // The columns depend on the first status.
+  let routes = null;
   const masters = new DataTable({columns: masterColumns, key: (m) => m.port, caption: 'Serial masters',
     empty: 'There are no serial masters.'});
   const configuration = configurationPart();

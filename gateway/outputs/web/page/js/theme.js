@@ -23,7 +23,7 @@
       try {
         localStorage.setItem('theme', select.value);
       } catch {
-        // A browser without storage loses the choice with the page.
+        // Without storage, the browser forgets the choice when the page is closed.
       }
       apply();
     });

@@ -6,7 +6,7 @@ import {ExchangeReader} from './exchanges.js';
 
 const most = 100;
 
-/** show(exchanges) gets the exchanges, the newest first. */
+/** Calls show(exchanges) with the latest exchanges, the newest first. */
 export function liveTrace(line, show) {
   let list = [];
   let source = null;

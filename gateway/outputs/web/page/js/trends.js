@@ -20,7 +20,7 @@ const ranges = {'1h': ['1 hour', hour], '6h': ['6 hours', 6 * hour], '24h': ['1 
 const mostPixels = 1200;
 const shortest = 10e3;
 
-/** The time that is shown: the last hours up to now, or a span that the user has chosen. */
+/** The time that the charts show: the last hours up to now, or a span that the user has chosen. */
 class Span {
   constructor({range, from, until}) {
     this.range = range in ranges ? range : '1h';

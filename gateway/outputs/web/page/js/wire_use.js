@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The use of a line's wire, as the difference of two statuses up to a minute apart; with one status only, since the start.
+// Computes the use of a line's wire from two statuses up to a minute apart. With less than five seconds of statuses, it
+// is the use since the start.
 const windowMs = 60000;
 
 export class WireUse {
@@ -37,7 +38,6 @@ const kinds = [
   ['drains', 'waiting for silence after exchanges'],
 ];
 
-// The use of the wire in the last minute.
 export function minuteOf(line) {
   const rows = kinds.map(([key, name]) => ({name, share: line.minute[key]}));
   const idle = 1 - rows.reduce((sum, row) => sum + row.share, 0);
