@@ -21,7 +21,7 @@ struct Protocol;
 
 namespace baudgate::lines {
 
-// The port text in the status of a line from its start until the first attempt to open the port.
+// The text that the status of a line shows for its port until the first attempt to open the port.
 
 inline constexpr std::string_view kNotOpenedYet = "not opened yet";
 
@@ -31,8 +31,8 @@ class LineControl {
   /// Closes the port for another program, and opens it again after `time`; a second call restarts
   /// the time. Meanwhile the points of the line are out of service.
   virtual void Release(std::uint32_t line, Duration time) = 0;
-  /// Lets network clients use the port for `time`; a second call replaces the first. Points are out
-  /// of service while a client uses the port.
+  /// Lets network clients use the port for `time`; a second call replaces the first. The points of
+  /// the line are out of service while a client uses the port.
   virtual void Offer(std::uint32_t line, config::PortServer server, Duration time) = 0;
   virtual void TakeBack(std::uint32_t line) = 0;
   /// Takes a device into or out of use. A device out of use is not polled, and its points are out

@@ -37,9 +37,9 @@ inline constexpr std::uint8_t kComPort = 44;  // RFC 2217
 struct TelnetItem {
   enum class What : std::uint8_t { data, negotiation, subnegotiation, break_key };
   What what = What::data;
-  std::uint8_t verb = 0;    ///< verb of a negotiation: kWill … kDont
-  std::uint8_t option = 0;  ///< option of a negotiation or subnegotiation
-  View bytes{};             ///< the data, or the bytes behind the option; valid until the next call
+  std::uint8_t verb = 0;  ///< verb of a negotiation: kWill … kDont
+  std::uint8_t option = 0;
+  View bytes{};  ///< data, or the content of a subnegotiation; valid until the next call
 };
 
 class TelnetDecoder {
