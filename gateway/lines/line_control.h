@@ -42,9 +42,9 @@ class LineControl {
   virtual const protocols::Protocol* FindProtocol(const std::string& /*name*/) const {
     return nullptr;
   }
-  /// Returns a queue that receives all records of the line from now on, until the caller drops the
-  /// queue; null if the line has ended. The line's thread calls `wake` when the empty queue gets
-  /// its first record; `wake` must not block.
+  /// Returns a queue that receives each new trace record of the line until the caller drops the
+  /// queue (records::TraceQueue limits its length); null if the line has ended. The line's thread
+  /// calls `wake` when the empty queue gets its first record; `wake` must not block.
   virtual std::shared_ptr<records::TraceQueue> Trace(std::uint32_t line,
                                                      std::function<void()> wake) = 0;
   /// Returns the records in the flight recorder of the line, oldest first.

@@ -31,7 +31,7 @@ std::string WhyOf(const std::string& reason) {
   return reason == Name(Outcome::no_reply) ? std::string() : reason;
 }
 
-/// True if a gateway at the other end of the route answers that the slave does not reply.
+/// True if the gateway at the remote end of a route answers that its slave does not reply.
 bool IsNoTarget(const bus::RoutedReply& reply) {
   return reply.outcome == Outcome::refused && reply.pdu.size() == 2 &&
          (reply.pdu[1] == modbus::kNoPath || reply.pdu[1] == modbus::kNoTarget);
@@ -62,8 +62,8 @@ void AlarmService::OnUnused(const std::string& line, const std::string& device, 
   TellAll(alarms_.SetInUse({line, device}, false, now));
 }
 
-/// A request that was not sent gives no information about the slave. A line that is down raises an
-/// alarm of the line, so no alarm of the unit is needed.
+/// A request that was not sent says nothing about the slave. If a line is down, the line itself has
+/// an alarm, so its units need none.
 void AlarmService::OnRouted(const RoutedEnd& end, Now now) {
   const config::Route& route = end.route;
   const OwnAlarms::Subject unit{route.line, events::UnitName(end.unit)};

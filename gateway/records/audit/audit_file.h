@@ -44,16 +44,17 @@ using Target = std::pair<std::string, std::string>;
 
 class WriteTable {
  public:
-  /// `database` must come from OpenEvents, and outlive this object.
+  /// `database` must come from OpenEvents (gateway/records/disk/events_file.h), and outlive this
+  /// object.
   explicit WriteTable(records::Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
-  /// To be called once, before all other functions. Writes that the last run began and did not end
-  /// get the result "unknown"; `unsettled()` then returns the devices of the writes to points among
-  /// them.
+  /// Must be called once, before all other functions. Sets the result "unknown" for writes that the
+  /// last run of the gateway began and did not end. Then `unsettled()` returns the devices of those
+  /// of them that wrote to points.
   bool SettleOrphans();
   const std::set<Target>& unsettled() const { return unsettled_; }
-  /// Writes all records or none, and sets the seq of new records. False: database.error() contains
-  /// the reason.
+  /// Writes all records in one transaction, and sets the seq of new records. False: nothing was
+  /// written; database.error() contains the reason.
   bool Write(std::vector<Draft>& drafts);
   /// Deletes the oldest records of each kind that exceeds its number of rows by more than 1 %.
   bool MakeRoom();
@@ -86,7 +87,8 @@ class AuditFile {
   std::optional<Opened> Open();
   /// Writes all drafts to the disk and sets their seq, or writes none. The file must be open.
   Status Write(std::vector<Draft>& drafts);
-  /// Checks the whole file, which must be open, because a reader has found damage.
+  /// Reads and checks the whole file, which must be open. To be called if a reader has found
+  /// damage.
   Status Check();
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
   void Tidy(Now now);

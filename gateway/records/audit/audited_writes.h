@@ -34,7 +34,7 @@ namespace baudgate::audit {
 /// displaces no record of another.
 enum class Kind : std::uint8_t {
   point,   ///< a write to a point: recorded before it is sent
-  route,   ///< a request passed on unchanged: recorded after its exchange
+  route,   ///< a Modbus request that was passed on unchanged: recorded after its exchange
   denied,  ///< a write that the gateway refused
   loan,
 };
@@ -58,11 +58,12 @@ struct WriteRecord {
   std::optional<WriteEnd> end;  ///< result; empty: the write has not ended
   std::string reason;  ///< why the write failed, as one sentence; empty: the write succeeded
   Duration took{};
-  std::uint64_t count = 1;  ///< number of repeats, the first write included
+  std::uint64_t count = 1;  ///< number of equal writes that share this record
   /// Client and number of the request; for repeats, of the first request. Empty: the request had no
   /// number.
   std::optional<bus::RequestId> request{};
-  /// Ended writes are numbered in the order in which they ended. Empty: the write has not ended.
+  /// The place of the write in the order in which writes ended, from 1 on. Empty: the write has not
+  /// ended.
   std::optional<std::int64_t> settled;
 };
 
@@ -132,7 +133,7 @@ class AuditedWrites final : public bus::CommandSink {
   static constexpr std::size_t kLimit = 1024;
 
   /// All references must outlive this object; `log` must also outlive every command that was passed
-  /// to `inner`. `audit`: with `require`, a write without a record is denied.
+  /// to `inner`. With `audit` `require`, a write without a record is denied.
   AuditedWrites(const bus::PointStore& store, bus::CommandSink& inner, WriteLog& log,
                 config::Audit audit, std::function<Now()> clocks);
   ~AuditedWrites() override { Stop(); }
@@ -191,9 +192,9 @@ void BeginLoan(WriteLog& log, const Loan& loan, const std::string& how);
 /// `how`: text of the record. Example: "it disconnected; 120 bytes to the port, 340 from it".
 void EndLoan(WriteLog& log, const Loan& loan, const std::string& how, Now now);
 
-// A write that is routed to a slave unchanged. Its record is made after the exchange, and the
-// exchange does not wait for it. Used by gateway/outputs/modbus/service for every routed request
-// except reads.
+// RoutedWrite is a write that is routed to a slave unchanged. Its record is made after the
+// exchange, and the exchange does not wait for it. gateway/outputs/modbus/service uses it for every
+// routed request except reads.
 struct RoutedWrite {
   std::string client;
   std::string target;  ///< name of the line, or "10.0.0.9:502"
@@ -208,8 +209,8 @@ struct RoutedWrite {
 /// other than 5, 6, 15, 16, 22 and 23, the point contains only the function.
 WriteRecord RecordOf(const RoutedWrite& write);
 
-/// `Witness` records one routed request: it reports once to the log how the request ended. If all
-/// copies of the function of Watch are destroyed without a call, it reports that the result is not
+/// `Witness` records one routed request: it reports once to the log how the request ended. If the
+/// function that Watch returned is destroyed without a call, Witness reports that the result is not
 /// known.
 class Witness {
  public:

@@ -52,8 +52,8 @@ class OpenFile {
 
   enum class Found : std::uint8_t {
     whole,
-    stale,  ///< the log was lost, but its contents are in the file: open the file again
-    lost,   ///< a part of the log is lost; the file contains the earlier changes: open it again
+    stale,  ///< the log was lost, but its content is in the file: open the file again
+    lost,   ///< a part of the log is lost, but the file contains all earlier changes: open it again
     /// The file was removed or replaced: open it again. The file that has its name now is not
     /// touched.
     gone,

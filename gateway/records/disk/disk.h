@@ -87,10 +87,10 @@ class DiskCondition {
 // second.
 class FileWatch {
  public:
-  /// The disk does not answer in time if records wait, or a write is under way, at more than this
+  /// The disk does not answer in time if a record waits, or a write is under way, at more than this
   /// number of ticks in a row.
   static constexpr int kMostTicks = 3;
-  static constexpr int kLookEvery = 10;  ///< in ticks
+  static constexpr int kLookEvery = 10;  ///< ticks between two checks of the file
 
   /// `waits`: a record has to be written. Returns true if the disk does not answer in time.
   bool Tick(bool waits) {

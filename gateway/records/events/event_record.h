@@ -1,6 +1,6 @@
 // `EventRecord` is one event as stored in events.db. docs/events.md describes its fields. An event
-// first is a DeviceEvent in an EventBatch (protocols), then in ReportedEvents (poll), then an
-// EventRecord in a Batch (here), and last a FedEvent for outputs.
+// is first a DeviceEvent in an EventBatch (protocols), then it is in ReportedEvents (gateway/bus),
+// then it is an EventRecord in a Batch (gateway/records/events), and last a FedEvent for outputs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -49,9 +49,9 @@ struct PlacedTime {
   ClockQuality quality = ClockQuality::none;
 };
 
-/// Returns the times of the events of one batch, in their order. No event gets an earlier time than
-/// the event before it, as far as the device's clock allows. `oldest`: the greatest age that an
-/// event can have at `received`; empty: not known.
+/// Returns the times of the events of one batch, in their order. An event is at most
+/// kClockTolerance later than the next event, unless the device's clock is out of step. `oldest`:
+/// the greatest age that an event can have at `received`; empty: not known.
 std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTime>>& said,
                               WallTime received, std::optional<Duration> oldest);
 
@@ -123,8 +123,8 @@ struct EventRecord {
   std::uint32_t code = 0;
   config::EventState state = config::EventState::message;
   std::string text;
-  /// The name of the alarm. In an event of the gateway, the part of the device, such as "current_l1
-  /// above 5". Not stored in the file.
+  /// The name of the event's alarm, or of the point's rule that made the event: "2:17", "current_l1
+  /// above 5", "no answer". Empty: the event has neither. Not stored in the file.
   std::string subject{};
   AlarmMark mark{};
   /// The name of the record that belongs to the event; empty: no record belongs to it. The values

@@ -43,7 +43,7 @@ namespace baudgate::events {
 enum class Trouble : std::uint8_t {
   no_answer,
   wrong_device,  ///< the device is not of the configured kind
-  replaced,      ///< another device answers in its place; has no end
+  replaced,      ///< another device answers at its address; this event has no end
   port_down,
   ring_open,
   unit_silent,

@@ -1,5 +1,5 @@
-// The gateway's own events, with the codes and texts that users read (docs/events.md). No lock, no
-// clock, no disk.
+// This file contains the gateway's own events, with the codes and texts that users read
+// (docs/events.md). No lock, no clock, no disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,9 +20,9 @@
 
 namespace baudgate::events {
 
-// The codes of the gateway's own events. The numbers are public (docs/events.md): new numbers are
-// appended, and no number is used again. Events of devices cannot have these codes: the event table
-// of a profile ends at 999999.
+// OwnCode contains the codes of the gateway's own events. The numbers are public (docs/events.md):
+// new numbers are appended, and no number is used again. Events of devices cannot have these codes:
+// the event table of a profile ends at 999999.
 enum class OwnCode : std::uint32_t {
   started = 1'000'001,
   stops = 1'000'002,

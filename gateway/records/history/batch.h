@@ -78,8 +78,7 @@ struct Trend {
 /// Merges two parts of the same span. `later` directly follows `trend`, which receives the result.
 void Merge(Trend& trend, const Trend& later);
 
-/// Computes the trends of one point for one width. Times must not decrease between two calls of
-/// Forget.
+/// Computes the trends of one point for one width. Times must not decrease, except after Forget.
 class Rollup {
  public:
   explicit Rollup(Millis width) : width_(width) {}
@@ -110,7 +109,8 @@ inline constexpr std::array<std::string_view, 4> kRunBegins = {"started", "dropp
 inline std::string_view Name(RunBegin why) { return kRunBegins[static_cast<std::size_t>(why)]; }
 
 struct Run {
-  /// Number of the run, from 1; the recorder counts from the start of the gateway.
+  /// Number of the run, from 1. The recorder counts from 1 at each start of the gateway;
+  /// PendingValues adds the last number in the files.
   std::int64_t number = 0;
   Millis began = 0;
   Millis until = 0;  ///< the history is complete until this time

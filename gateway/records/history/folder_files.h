@@ -36,7 +36,7 @@ struct FolderFiles {
 FolderFiles ListFiles(const std::filesystem::path& folder);
 
 /// Returns the size above which files are deleted. It is below `limit`, because sizes are checked
-/// once a second and a commit can be large.
+/// at most once a second, and one commit can be large.
 constexpr std::uint64_t Ceiling(std::uint64_t limit) {
   constexpr std::uint64_t kCommit = 10'000'000;
   return limit - std::max(limit / 100, std::min(limit / 10, kCommit));
@@ -70,8 +70,8 @@ class SureTime {
  public:
   /// The clock is trusted after it has run for this time without being set.
   static constexpr Duration kSettled = kDay * 1ms;
-  /// The clock was set if, between two calls of Look, it and the elapsed time differ by more than
-  /// this.
+  /// The clock counts as set if, between two calls of Look, its time and the elapsed time differ by
+  /// more than this.
   static constexpr Duration kStep = 1min;
 
   /// `newest`: the beginning of the newest day that has a file; empty: there is no file.

@@ -94,9 +94,10 @@ class HistoryFiles {
                      std::optional<Millis> sure);
   std::int64_t last_run() const { return last_run_; }
 
-  /// Checks that all open files still exist and are undamaged; closes the others.
+  /// Closes open files that were removed, replaced or damaged.
   void Look();
-  /// Checks the whole content of the named files that are open, because readers have found damage.
+  /// Checks the whole content of the named files that are open. To be called if readers have found
+  /// damage. Closes damaged files.
   void Check(const std::set<std::string>& files);
   bool TakeLost() { return std::exchange(lost_, false); }
 

@@ -39,8 +39,8 @@ class ValueStore {
   /// Opens the files that are needed now. To be called before the first batch, and again after a
   /// failure.
   Status Open(Now clocks);
-  /// Adds the batch to the values that wait, and writes as many of them as possible. The others
-  /// wait for the next call. `last`: this is the last call.
+  /// Adds the batch to the values that wait, and writes as many of them as possible. Values that
+  /// cannot be written wait for the next call. `last`: this is the last call.
   Status Write(Batch&& batch, Now clocks, bool last = false);
   void Check(const std::set<std::string>& files) { files_.Check(files); }
   bool waits() const {
@@ -96,7 +96,8 @@ class HistoryLog {
     /// Checks that the folder exists and belongs to the gateway; called before files are opened.
     /// Empty: no check.
     std::function<Status()> ready{};
-    /// Returns true while an earlier log still writes to the files. Empty: there is no earlier log.
+    /// Returns true while an earlier HistoryLog, which a reload has ended, still writes to the
+    /// files. Empty: there is no earlier log.
     std::function<bool()> taken{};
     std::string vfs{};
     std::function<Now()> clocks;
@@ -130,7 +131,7 @@ class HistoryLog {
   Mutex mutex_;
   BatchQueue queue_ BAUDGATE_GUARDED_BY(mutex_);
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
-  // Stored values of the present run are lost.
+  // Stored values of the present run are lost, so the recorder must begin a new run.
   bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
   Worker writing_;

@@ -42,9 +42,11 @@ struct RecorderCounters {
 
 class Recorder {
  public:
-  /// The clock was set if, between two looks, it and the elapsed time differ by more than this.
+  /// The clock counts as set if, between two calls of Take or Tick, its time and the elapsed time
+  /// differ by more than this.
   static constexpr Duration kStep = 250ms;
-  /// If more than this time has passed between two looks, the process or its machine stood still.
+  /// If more than this time has passed between two calls of Take or Tick, the process or its
+  /// machine stood still.
   static constexpr Duration kStandstill = 5s;
   /// A minute or an hour is closed this long after its end, so that late readings are included.
   static constexpr Millis kSettle = 2 * kSecond;

@@ -44,8 +44,8 @@ class LineRecorder final : public bus::Tap {
   /// For this time after a request with secrets, the reasons of failures are left out: a reason can
   /// quote the reply, and later requests of the same task can have no secrets of their own.
   static constexpr Duration kNoReasons = 5s;
-  /// If a line's last exchange ended longer ago than this, the line only listens. Its messages are
-  /// then separated by pauses of kSilence.
+  /// If a line's last exchange ended longer ago than this, the line counts as only listening, and
+  /// pauses of kSilence separate its messages.
   static constexpr Duration kOnlyListens = 10s;
   static constexpr Duration kSilence = 500ms;
   /// A line makes at most one recording in this time, however long its trouble lasts.
@@ -75,7 +75,8 @@ class LineRecorder final : public bus::Tap {
   /// Returns the name of the device for users: "feeder-1", or "slave-17" for a slave that only
   /// routes address.
   std::string NameOf(std::uint32_t device) const;
-  /// Returns a queue that receives every record from now on, until the caller releases it.
+  /// Returns a queue that receives every record from now on, until the caller releases the queue.
+  /// The queue drops records beyond TraceQueue::kMostRecords.
   std::shared_ptr<TraceQueue> Subscribe(std::function<void()> wake);
   std::vector<TraceRecord> Recorded() const;
 
@@ -125,7 +126,7 @@ class LineRecorder final : public bus::Tap {
   std::size_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;
-  // Received bytes are masked: the last request had secrets.
+  // True: received bytes are masked, because the last request had secrets.
   bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);
   std::optional<Instant> received_ BAUDGATE_GUARDED_BY(mutex_);
