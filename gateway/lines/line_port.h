@@ -149,7 +149,7 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   /// input of the line.
   void Settle(Now now);
 
-  bool is_open() const { return open_.load(); }  // thread-safe
+  bool is_open() const { return open_.load(); }
 
  private:
   void DropLate();

@@ -161,8 +161,9 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void Offer(config::PortServer server, Duration time);
   void TakeBack();
 
-  records::LineRecorder& recorder() { return line_.recorder; }  // thread-safe for readers
-  bool is_open() const { return line_.port.is_open(); }         // thread-safe
+  // Thread-safe: NameOf, Subscribe, Recorded.
+  records::LineRecorder& recorder() { return line_.recorder; }
+  bool is_open() const { return line_.port.is_open(); }  // thread-safe
 
  private:
   void OnOpened() override;

@@ -173,7 +173,7 @@ class Lines {
   Mutex watch_mutex_;
   LoopWatch watch_ BAUDGATE_GUARDED_BY(watch_mutex_);
   Mutex clock_mutex_;
-  // Whether this machine's clock is right, as last reported to the lines.
+  // True if the clock of this machine is right, false if it is wrong; empty: not known yet.
   std::optional<bool> clock_right_ BAUDGATE_GUARDED_BY(clock_mutex_);
 };
 
@@ -214,7 +214,7 @@ class LineDispatcher final : public bus::CommandSink, public LineControl {
 //   bay-1 is restarted: lent until 12:00, a disabled
 struct ManualSettings {
   WallTime released_until{};             ///< the epoch: the port is not lent by hand
-  std::map<std::string, bool> in_use{};  ///< devices whose use differs from `enabled`
+  std::map<std::string, bool> in_use{};  ///< devices whose use differs from `enabled`; true: in use
 };
 
 ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line,

@@ -227,7 +227,8 @@ class RestingConnection {
   }
 
   static constexpr int kMostInVain = 4;
-  static constexpr int kFewestAlone = 32;  // One lost request in 32 does not matter to a device.
+  // The fewest requests with a separate connection each. One lost request in 32 does no harm.
+  static constexpr int kFewestAlone = 32;
   static constexpr int kMostAlone = 1024;
   static constexpr Duration kBehindAnswer = 100ms;
   static constexpr Duration kSoon = 150ms;

@@ -19,10 +19,10 @@ namespace {
 using events::OwnAlarms;
 using events::Trouble;
 
-/// Two requests without a reply count as silence if the second comes at least this long after the
-/// first.
+/// Two requests to a unit without a reply raise its alarm if the second comes at least this long
+/// after the first.
 constexpr Duration kLongSilence = 30s;
-/// A unit that no client has addressed for this time is forgotten.
+/// AlarmService forgets a unit that no client has addressed for this time.
 constexpr Duration kForgotten = 1h;
 
 /// Returns the reason for the text of an alarm; empty for "no reply", because the alarm's name

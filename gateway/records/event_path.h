@@ -43,7 +43,7 @@ struct EventsPlace {
   std::shared_ptr<EventsWriter> writer = std::make_shared<EventsWriter>();
 };
 
-// How a line's news is recorded: the code of the event, and the kind of the alarm.
+// NewsKind tells how a line's news is recorded: the code of the event, and the kind of the alarm.
 // gateway/records/events/own_records.cpp contains the texts of events, and
 // gateway/records/events/own_alarms.cpp the names of alarms.
 struct NewsKind {
@@ -177,8 +177,8 @@ class EventPath final : public bus::EventSink {
   void OnRouted(const RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
   void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }
-  /// The events that are on the disk, for outputs. An output is allowed to hold the feed longer
-  /// than this object exists.
+  /// Returns the events on the disk, for outputs. An output may hold the feed longer than this
+  /// object exists.
   std::shared_ptr<events::EventFeed> feed() const { return feed_; }
   std::shared_ptr<events::CursorBook> cursors() const { return cursors_; }
 
@@ -212,7 +212,7 @@ class EventPath final : public bus::EventSink {
   const bool tells_own_;
   const bool in_memory_;
   const Kept kept_;
-  SteadyVector<DeviceEntry> entries_;  // by device
+  SteadyVector<DeviceEntry> entries_;  // index: number of the device
   std::map<events::SourceName, std::uint32_t> present_;
   Mutex facts_mutex_;
   events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);

@@ -51,8 +51,8 @@ class FileTroubles {
   const std::shared_ptr<Held> held_ = std::make_shared<Held>();
 };
 
-// `WritePath` carries a recorded write from an output to its line: it contains the audit log, and
-// the sink in front of the lines.
+// `WritePath` carries a recorded write from an output to its line: it contains the AuditLog, and
+// the AuditedWrites in front of the lines.
 class WritePath {
  public:
   /// Called once, on any thread, with the devices that have writes of unknown result: see

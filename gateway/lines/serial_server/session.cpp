@@ -29,8 +29,9 @@ constexpr std::uint8_t kAnswer = 100;
 constexpr std::uint8_t kAskFlow = 0, kAskBreak = 4, kAskDtr = 7, kAskRts = 10, kAskInbound = 13;
 constexpr std::uint8_t kDcdFlow = 17, kDsrFlow = 19;
 
-// Bits of the modem state, and below them bits of the line state (RFC 2217). In the modem state,
-// the bit for a change of a signal is four places below the bit of its level.
+// The first line contains bits of the modem state, the other lines bits of the line state (RFC
+// 2217). In the modem state, the bit for a change of a signal is four bits below the bit for its
+// level.
 constexpr std::uint8_t kCts = 0x10, kDsr = 0x20, kRing = 0x40, kDcd = 0x80;
 constexpr std::uint8_t kOverrun = 0x02, kParityError = 0x04, kFramingError = 0x08, kBreak = 0x10;
 constexpr std::uint8_t kHoldingEmpty = 0x20, kShiftEmpty = 0x40;
@@ -95,8 +96,8 @@ Bytes ComPort::SetOne(std::uint8_t command, std::uint8_t value) {
       Try(wanted);
       return Answer(command, ParityCode());
     case kSetStop:
-      // Value 3 is 1.5 stop bits. A UART makes them by its setting for two, and only with five data
-      // bits.
+      // Value 3 is 1.5 stop bits. A UART has no such setting: with five data bits, its setting for
+      // two stop bits makes 1.5.
       if (value == 1 || value == 2 || (value == 3 && wanted.data_bits == 5)) {
         wanted.stop_bits = value == 1 ? 1 : 2;
       }

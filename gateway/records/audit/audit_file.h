@@ -49,8 +49,8 @@ class WriteTable {
   explicit WriteTable(records::Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
   /// Must be called once, before all other functions. Sets the result "unknown" for writes that the
-  /// last run of the gateway began and did not end. Then `unsettled()` returns the devices of those
-  /// of them that wrote to points.
+  /// last run of the gateway began and did not end. Afterwards `unsettled()` returns the devices
+  /// whose points these writes addressed.
   bool SettleOrphans();
   const std::set<Target>& unsettled() const { return unsettled_; }
   /// Writes all records in one transaction, and sets the seq of new records. False: nothing was

@@ -242,7 +242,7 @@ void AuditLog::Note(WriteRecord record, Instant asked) {
     repeats_.Add(std::move(record), now);
     due = book_.due();
   }
-  if (due) worker_.Wake();  // a repeat makes no record due: the next Repeats::Tick does
+  if (due) worker_.Wake();  // a repeat becomes due at the next Repeats::Tick
 }
 
 WriteLog::Written AuditLog::WaitFor(Ticket ticket, Instant until) {

@@ -53,7 +53,7 @@ struct AuditState {
   WallTime since{};
   bool require = false;     ///< true: writes are refused while the disk fails
   std::size_t waiting = 0;  ///< records that are in memory only
-  std::uint64_t lost = 0;   ///< records that were lost because the memory was full
+  std::uint64_t lost = 0;   ///< records that were lost because AuditBook::kLimits was reached
   std::string file;
   std::vector<std::string> put_aside{};
 };

@@ -1,5 +1,5 @@
-// The parts by which a write gets into the audit. `WriteRecord` is one record. `WriteLog` is the
-// interface that stores records. `AuditedWrites` is the sink in front of the lines. `BeginLoan` and
+// This file brings writes into the audit. `WriteRecord` is one record. `WriteLog` is the interface
+// that stores records. `AuditedWrites` is the command sink in front of the lines. `BeginLoan` and
 // `EndLoan` record the loan of a port, and `Witness` records a routed write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -33,9 +33,9 @@ namespace baudgate::audit {
 /// The kind of a record. The file limits each kind separately, so that a flood of one kind
 /// displaces no record of another.
 enum class Kind : std::uint8_t {
-  point,   ///< a write to a point: recorded before it is sent
-  route,   ///< a Modbus request that was passed on unchanged: recorded after its exchange
-  denied,  ///< a write that the gateway refused
+  point,  ///< a write to a point: recorded before it is sent
+  route,  ///< a Modbus request that was passed on unchanged: recorded after its exchange
+  denied,
   loan,
 };
 inline constexpr std::size_t kKinds = 4;
@@ -67,7 +67,7 @@ struct WriteRecord {
   std::optional<std::int64_t> settled;
 };
 
-/// Clipped cuts a text to this length, in bytes.
+/// Clipped cuts a longer text to this length in bytes, and appends "…".
 inline constexpr std::size_t kLongestText = 240;
 std::string Clipped(std::string text);
 
@@ -111,19 +111,18 @@ class WriteLog {
   /// Adds the record of a write that has ended, or was denied; it was requested at `asked`. Equal
   /// writes share a record.
   virtual void Note(WriteRecord record, Instant asked) = 0;
-  /// Why WaitFor fails now, as a sentence; empty: the disk works.
+  /// Returns why WaitFor fails now, as a sentence; empty: the disk works.
   virtual std::string Trouble() const = 0;
 };
 
-// `AuditedWrites` is the sink in front of the lines. Each write to a point, and each manual
+// `AuditedWrites` is the command sink in front of the lines. Each write to a point, and each manual
 // telegram that may write, waits until its record is on the disk, 500 ms at most, and then goes to
-// the line; the end of the write completes the record. Writes do not overtake each other; commands
-// that only read go to the line at once.
+// the line (`inner`); the end of the write completes the record. Writes do not overtake each other;
+// commands that only read go to the line at once.
 //
 //   Submit(w) → Begin(record of w) → written → inner.Submit(w) → w.End(ok) → End(record, ok)
 //                                  → not written, require      → w.End(denied)
 //                                  → not written, best_effort  → inner.Submit(w)
-//
 class AuditedWrites final : public bus::CommandSink {
  public:
   /// The longest time that a command waits for its record. It waits in a queue, so neither the line

@@ -52,9 +52,9 @@ class Database {
   /// file has the name of this file, or when the log is damaged.
   void Abandon();
 
-  /// The file that SizeOf and Read read from the disk. They use SQLite's own descriptors: closing a
-  /// separate descriptor would end all locks of this process on the file (fcntl), and the next
-  /// program that reads the database would remove its log.
+  /// A database is its main file and its write-ahead log. SizeOf and Read use SQLite's own
+  /// descriptors: closing a separate descriptor would end all locks of this process on the file
+  /// (fcntl), and the next program that reads the database would remove its log.
   enum class Part : std::uint8_t { file, log };
   /// Returns the size in bytes; empty: the size cannot be read.
   std::optional<std::uint64_t> SizeOf(Part part) const;

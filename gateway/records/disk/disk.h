@@ -1,4 +1,4 @@
-// The state of the disk that contains a file of the state folder. `DiskCondition` stores what is
+// These types handle a disk that contains files of the state folder. `DiskCondition` stores what is
 // wrong and since when, `FileWatch` decides when a file is checked, and `DiskCalls` makes calls
 // that a disk can delay without end.
 // SPDX-License-Identifier: Apache-2.0
@@ -141,7 +141,8 @@ class DiskCalls {
   DiskCalls(std::string name, Duration patience);
 
   /// Returns the result of `call`; empty: the result has not come within `patience`, or too many
-  /// calls wait. A call that has begun runs to its end after that, so it must own what it uses.
+  /// calls wait. A call that has begun runs to its end even if Wait has returned, so it must own
+  /// what it uses.
   template <typename Call>
   auto Wait(Call call) -> std::optional<decltype(call())> {
     auto promise = std::make_shared<std::promise<decltype(call())>>();

@@ -50,8 +50,8 @@ struct StatePlaces {
   std::string configured;       ///< gateway.state
   std::string state_directory;  ///< $STATE_DIRECTORY: a list of folders, separated by ':'
   bool system = false;          ///< true: kSystemState can be written or made
-  std::string xdg_state_home;   ///< $XDG_STATE_HOME
-  std::string home;             ///< $HOME
+  std::string xdg_state_home;
+  std::string home;
 
   static StatePlaces Here(const std::string& configured);
 };

@@ -1,4 +1,4 @@
-// An alarm as in ISA 18.2: a person has to acknowledge it, even if its cause is over.
+// `Alarm` is an alarm as in ISA 18.2: a person has to acknowledge it, even if its cause is over.
 // docs/events.md describes the states for users.
 //
 //   normal ─raise→ active ─acknowledge→ acknowledged ─clear→ normal

@@ -88,7 +88,7 @@ inline constexpr Source kGateway = ~Source{0};
 /// The names of line and device. Stored data refers to a source by these names, because a reload
 /// changes numbers.
 using SourceName = std::pair<std::string, std::string>;
-/// EventBatch::said of each source's last stored batch.
+/// EventBatch::said of the last stored batch of each source.
 using Said = std::map<SourceName, std::string>;
 
 struct Batch {

@@ -97,8 +97,8 @@ class Backlog {
   std::map<std::int64_t, std::vector<EventRecord>> pages_;  // key: number before the first event
 };
 
-// `RecentEvents` contains the newest events whole. For the events before them it has only the
-// number and the device, and for each device the number of its newest still older event. No lock:
+// `RecentEvents` knows three ranges of event numbers: it has the newest events whole, number and
+// device of the events before them, and the newest still earlier number of each device. No lock:
 // EventFeed provides it.
 //
 //   number  1 … 60             61 … 80          81 … 90

@@ -31,7 +31,7 @@ namespace baudgate::events {
 // `RoundTimer` computes when the thread that writes events runs next:
 //
 //   the disk           events wait               nothing waits
-//   fails              after the pause           after the pause
+//   fails              at the time of Rest       at the time of Rest
 //   works              at once                   at the time of Look, or of left-out events
 class RoundTimer {
  public:

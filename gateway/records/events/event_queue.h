@@ -113,8 +113,8 @@ struct PendingEvents {
   bool IsIdle() const BAUDGATE_REQUIRES(mutex) {
     return !disk.is_opening() && book.empty() && records.empty() && !run.waits() && !watched.due();
   }
-  /// Returns the alarms as they are on the disk. While the disk is in trouble, returns them as they
-  /// will be after the next commit.
+  /// Returns the alarms as they are on the disk. While the disk is stalled or failing, returns them
+  /// as they will be after the next commit.
   std::vector<Alarm> Alarms() const BAUDGATE_REQUIRES(mutex) {
     return book.Alarms(disk.holds_up());
   }

@@ -62,7 +62,8 @@ std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTim
 //   kind event, seq 7: event 413, "trip", read 12:00:03: trip_phases 4, record1_current_l1 5.2, …
 //   kind billing, seq 31: meter-1, "month", device_time 2026-11-01: energy_t1 812.4 kWh, …
 //
-// A record is never stored in part: if some of its values are missing, it counts as not read.
+// A record is not stored in part: unless all its points were read, it counts as not read. Points
+// that the device has reported as not existing are left out of this rule.
 
 /// The kinds of records. The names are public (file, JSON). Each kind has its own number sequence.
 inline constexpr std::string_view kEventRecord = "event";

@@ -29,9 +29,9 @@
 
 namespace baudgate::events {
 
-// A trouble of a line, device, route or disk that can raise an alarm. docs/events.md lists the
-// names of the alarms. In the table, `line` and `device` are the members of OwnAlarms::Subject, and
-// `setting` is the part of the configuration that contains the AlarmSetting.
+// Trouble is a fault of a line, device, route or disk that can raise an alarm. docs/events.md lists
+// the names of the alarms. In the table, `line` and `device` are the members of OwnAlarms::Subject,
+// and `setting` is the part of the configuration that contains the AlarmSetting.
 //
 //   trouble       line    device          setting
 //   no_answer     bay-1   feeder-1        the device

@@ -75,13 +75,14 @@ EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at);
 
 struct Fact {
-  /// A code from port_down to replaced, port_served, or a code about a clock.
+  /// One of the codes port_down to replaced, port_served, clock_corrected and clock_left.
   OwnCode code = OwnCode::no_answer;
   bool over = false;
   std::string line{};
   std::string device{};  ///< empty: the fact is about the line
   std::string why{};
-  /// With `over`: nothing reports the fact any more, so perhaps the fact is not over.
+  /// True together with `over`: the fact may last, but a reload has restarted the line, and nothing
+  /// reports the fact any more.
   bool unknown = false;
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);

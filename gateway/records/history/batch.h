@@ -1,10 +1,10 @@
 // `Batch` is what the recorder passes to the files: value changes (entries), means over time spans
 // that have ended (trends), and the runs that they belong to.
 //
-// A run is a period in which the history contains every change. A new run begins when the gateway
-// starts, after values were dropped, when the clock of the machine was set, and after a standstill
-// of the process. The time between two runs is a gap. Within a run the times of a point increase.
-// The numbers of runs always increase, whatever the clock shows.
+// A run is a period in which the history lacks no entry. A new run begins when the gateway starts,
+// after values were dropped, when the clock of the machine was set, and after a standstill of the
+// process. The time between two runs is a gap. Within a run the times of a point increase. The
+// numbers of runs always increase, whatever the clock shows.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

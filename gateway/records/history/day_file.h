@@ -126,8 +126,8 @@ class DayFile final : public PointFile {
   /// aside.
   Opened Open(const std::string& damage = {});
 
-  /// Writes samples as rows, and the runs; all or nothing. The run numbers must be those of the
-  /// files.
+  /// Writes samples as rows, and the runs; all or nothing. The run numbers must already be those of
+  /// the files (PendingValues).
   bool Write(const std::vector<Sample>& samples, const std::vector<Run>& runs);
 
   /// Begins to pack the present rows; new rows go to the other table. Must not be called while

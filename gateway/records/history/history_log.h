@@ -79,7 +79,8 @@ class ValueStore {
 
 class HistoryLog {
  public:
-  /// The interval of commits. A power cut loses at most the values of this time.
+  /// The interval of commits. If the disk is fast enough, a power cut loses the values of this time
+  /// only.
   static constexpr Duration kCommit = 1s;
   /// Changes that come within this time are read together.
   static constexpr Duration kLook = 20ms;
@@ -107,7 +108,7 @@ class HistoryLog {
     std::function<void(const std::string&)> inform;
   };
   explicit HistoryLog(Options options);
-  /// Writes all values that wait, however long the disk takes.
+  /// Writes all values that wait, however long the disk takes; warns if values are lost.
   ~HistoryLog();
 
   /// The values and state of this history. The view can be used after this object is destroyed.
@@ -124,14 +125,14 @@ class HistoryLog {
   const Options options_;
   const std::shared_ptr<HistoryView> view_;
   ChangeRecorder recorder_;
-  // For the writing thread only.
+  // Only the writing thread uses files_, look_at_ and waits_since_.
   ValueStore files_;
   Instant look_at_{};
   std::optional<Instant> waits_since_;  // since when this log waits for an earlier log to end
   Mutex mutex_;
   BatchQueue queue_ BAUDGATE_GUARDED_BY(mutex_);
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
-  // Stored values of the present run are lost, so the recorder must begin a new run.
+  // True: stored values of the present run are lost, so the recorder must begin a new run.
   bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
   Worker writing_;

@@ -344,7 +344,7 @@ class TrendReader {
 
 Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
                              bool* damaged) {
-  TrendQuery whole = query;  // begins at the beginning of a span
+  TrendQuery whole = query;  // `since` is changed to the beginning of a span
   whole.since = FloorTo(query.since, query.every);
   // ReadOnce reads in one transaction, so an hour that ends meanwhile is counted only once.
   return records::ReadOnce(folder / kTrendsFile, damaged, [&](records::Database& database) {

@@ -101,13 +101,13 @@ class Recorder {
   void Roll(Each each, Batch& out);
 
   const bus::PointStore& store_;
-  // Indices: device in the store, point in the device.
+  // Indices: device in the store, point in the device. Value: number of the point, or kNone.
   std::vector<std::vector<PointNumber>> numbers_;
   std::vector<Point> points_;
   Run run_;
   bool recording_ = true;
   std::size_t room_ = 0;
-  Now last_;  // both clocks at the last look
+  Now last_;  // both clocks at the last call of Take or Tick
   std::vector<Seen> seen_;
   std::vector<Trend> ended_;
   RecorderCounters counters_;

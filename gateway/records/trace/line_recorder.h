@@ -35,8 +35,8 @@ struct Recording {
 class LineRecorder final : public bus::Tap {
  public:
   static constexpr std::size_t kExchanges = 64;
-  /// The limit of stored bytes of one exchange and of what follows it. Further bytes are only
-  /// counted.
+  /// The limit of stored bytes of one Exchange, which ends before the next request. Further bytes
+  /// are only counted.
   static constexpr std::size_t kMostBytes = 1024;
   /// The limit of stored pieces and notes of one exchange. If it is reached, further received bytes
   /// are added to the last piece.
@@ -73,7 +73,7 @@ class LineRecorder final : public bus::Tap {
   // The functions below can be called on any thread.
 
   /// Returns the name of the device for users: "feeder-1", or "slave-17" for a slave that only
-  /// routes address.
+  /// transparent routes address.
   std::string NameOf(std::uint32_t device) const;
   /// Returns a queue that receives every record from now on, until the caller releases the queue.
   /// The queue drops records beyond TraceQueue::kMostRecords.
@@ -92,8 +92,9 @@ class LineRecorder final : public bus::Tap {
     WallTime at{};
     Duration round_trip{};
   };
-  /// One request and everything up to the next request. On a line that only listens, one message.
-  /// Stored as bytes, not as text, because most exchanges are never shown.
+  /// An Exchange is one request and everything up to the next request or, on a line that only
+  /// listens, one message. It is stored as bytes, not as text, because most exchanges are never
+  /// shown.
   struct Exchange {
     std::vector<Item> items;
     Bytes bytes;               // bytes of the wire, and the texts of notes
