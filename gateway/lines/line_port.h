@@ -97,7 +97,7 @@ class WriteGrace {
   std::optional<Instant> until_;
 };
 
-/// The reason in log and records when `baudgate release --end` takes the port back.
+/// The reason that log and records give when `baudgate release --end` takes the port back.
 inline constexpr std::string_view kTakenBack = "the line was taken back";
 
 /// The port of one line. Not thread-safe, except is_open(). `now` must never go back.

@@ -261,7 +261,8 @@ void PortLoan::OnListening(const std::string& place, const std::string& trouble,
 void PortLoan::Offer(const config::PortServer& server, Duration time, Now now) {
   offered_at_ = server.Address();
   offered_until_ = now.instant + time;
-  // The first client need not wait for polls, because a user wants the port to be lent now.
+  // The next client need not wait until the line has polled, because a user wants the port to be
+  // lent now.
   polls_until_ = now.instant;
   ShowService(server, now.wall + time);
 }

@@ -69,7 +69,7 @@ class PortLoan final : public serial_server::PortOwner {
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
   void Serve(const config::PortServer& server) { ShowService(server, std::nullopt); }
   /// Shows the server of `release --tcp` in the status, for `time`. The next client gets the port
-  /// without waiting for polls.
+  /// without a wait for polls (State::waits).
   void Offer(const config::PortServer& server, Duration time, Now now);
   void Withdraw(const config::PortServer& server);
 

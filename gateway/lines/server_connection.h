@@ -41,7 +41,7 @@ class ConnectionProof {
     GoOn(now);
     return told_;
   }
-  /// Restarts the proof's clock: at the opening, and when a loan has ended over the same
+  /// Restarts the times of the proof: at the opening, and when a loan has ended over the same
   /// connection.
   void GoOn(Instant now) {
     opened_ = now;

@@ -51,7 +51,7 @@ struct NewsKind {
   std::optional<events::Trouble> trouble{};  ///< empty: the news is not an alarm
 };
 
-/// The only table from News to NewsKind. The compiler reports a News::What without a case.
+/// Returns how a line's news is recorded. The compiler reports a News::What without a case.
 constexpr NewsKind KindOf(bus::News::What what) {
   using events::OwnCode;
   using events::Trouble;

@@ -65,9 +65,9 @@ class AuditSource {
   /// Returns an empty page while the file is being opened, which can take as long as reading the
   /// whole file.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
-  /// Returns the numbered requests of earlier runs; empty: the requests are not known yet. Until
-  /// they are known, a request with a number must not be carried out, because an earlier run may
-  /// have carried it out.
+  /// Returns the requests with a number (bus::RequestId) of earlier runs; empty: they are not known
+  /// yet. Until they are known, a request with a number must not be carried out, because an earlier
+  /// run may have carried it out.
   virtual std::optional<bus::PastRequests> Past() const = 0;
 };
 

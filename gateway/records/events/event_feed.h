@@ -114,7 +114,8 @@ struct FeedLimits {
   std::size_t remembered = 16000;  ///< older events of which only the device is in memory: 256 kB
 };
 
-/// The contents of a file when it is opened; the lists are sorted by number.
+/// FeedImage is the part of events.db that the feed takes over when the file is opened. The lists
+/// are sorted by number.
 struct FeedImage {
   std::int64_t newest = 0;
   std::vector<EventRecord> events{};

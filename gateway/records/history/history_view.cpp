@@ -436,7 +436,7 @@ namespace {
 /// The value at the beginning of a chart is searched this far back, because an unchanged value is
 /// usually stored again within this time (max_gap).
 constexpr Millis kLookBack = kHour;
-// A chart that would need more pages of values than this is computed from minutes.
+// A chart that would need more pages of values than this is computed from the means over minutes.
 constexpr std::size_t kMostPages = 200;
 
 constexpr std::array<Millis, 8> kSteps = {1 * kSecond,  2 * kSecond,  5 * kSecond,  10 * kSecond,

@@ -34,7 +34,7 @@ bool IsKept(const LogRule& rule, const Entry* last, const Entry& now);
 
 struct RecorderCounters {
   std::uint64_t readings = 0;
-  /// Readings that were replaced by later readings before the recorder looked.
+  /// Readings that were replaced by later readings before the recorder read them.
   std::uint64_t merged = 0;
   std::uint64_t kept = 0;
   std::uint64_t dropped = 0;  ///< entries that were dropped because the queue was full
@@ -42,8 +42,8 @@ struct RecorderCounters {
 
 class Recorder {
  public:
-  /// The clock counts as set if, between two calls of Take or Tick, its time and the elapsed time
-  /// differ by more than this.
+  /// The clock counts as set if it and the monotonic clock differ by more than this in the time
+  /// between two calls of Take or Tick.
   static constexpr Duration kStep = 250ms;
   /// If more than this time has passed between two calls of Take or Tick, the process or its
   /// machine stood still.
