@@ -78,8 +78,7 @@ void SettingsWatch::CheckSettings(Now now) {
 
 namespace {
 
-/// A server that keeps a connection open for this many unanswered requests probably passes them to
-/// its devices, so the hint for users names the devices, too.
+/// A server that has left this many requests unanswered has probably passed them to its devices.
 constexpr int kPassedOn = 2;
 
 /// Calls the timer of `part`, a Poller or a TelegramQueue, until none is due. Several can be due if
@@ -89,8 +88,7 @@ void CatchUp(auto& part, Now now) {
   for (int i = 0; i < kMostSteps && HasCome(part.Deadline(), now.instant); ++i) part.OnTimer(now);
 }
 
-/// Returns what the user should check if the server ended the connection before ConnectionProof
-/// counted it as working.
+/// Returns what the user should check if a connection ended before ConnectionProof had proven it.
 std::string HintOf(const RestingConnection& rest, bool unread, const config::Line& line) {
   const std::string& protocol = line.protocol;
   if (rest.unanswered() >= kPassedOn) {
@@ -197,8 +195,7 @@ void LinePort::OnOpenFailed(const std::string& reason, transports::NoConnection 
     display_.CountLoss(now);
     return Lost(reason);
   }
-  // The loan to another program is over, but the port cannot be opened: the points of the line
-  // change from out of service to not connected.
+  // The loan to another program is over, but its port cannot be opened, so its points stay bad.
   if (std::exchange(out_of_service_, false)) poller_.OnClosed(now);
   display_.OnDown(reason, {.first = retries_.OnDown(reason)}, now_);
 }

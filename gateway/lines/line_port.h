@@ -1,7 +1,6 @@
 // `LinePort` is the port of one line: it opens, lends and closes the port. Before it lends or
 // closes the port, it ends the current write. It has no thread and no clock:
-// gateway/lines/line_runner.h passes bytes, calls and the time. `SettingsWatch` watches the
-// settings of the open port; `WriteGrace` delays closing the port until a write has ended.
+// gateway/lines/line_runner.h passes bytes, calls and the time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -145,8 +144,7 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   /// Must be called at Deadline(). An earlier call does nothing.
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// Ends the wait of Release or Stop if the current write has ended. Must be called after every
-  /// input of the line.
+  /// Continues Release or Stop if the write has ended. To be called after every input of the line.
   void Settle(Now now);
 
   bool is_open() const { return open_.load(); }

@@ -123,8 +123,7 @@ class PortDisplay {
     bool unread = false;  ///< true: the server had not read the last request
   };
   void CountEnd(End end, Now now);
-  /// Counts and logs that the server has ended a connection in use (RestingConnection::IsDrop).
-  /// This is not an outage, because the next request opens a new connection.
+  /// Counts and logs the end of a connection in use (RestingConnection::IsDrop); this is no outage.
   void CountDrop(const std::string& reason, Now now);
   /// Counts that the server has ended a connection and that the next request will open a new one.
   /// This is not a fault.

@@ -1,8 +1,7 @@
 // `LineRunner` runs one line on an event loop: it connects a transport and the clocks with the
 // parts of the line (`LineParts`), which contain the rules. Lines share loops, and nothing here
 // blocks a shared loop; a serial port, whose driver can block, has a separate loop
-// (gateway/lines/lines.h). `LineServers` serves the port over the network. `LineSlot` is the
-// numbered place of a line; it remains when a reload ends the line.
+// (gateway/lines/lines.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -53,14 +52,11 @@ class LineParts {
             const bus::Poller::FindProtocol& find, bus::PointStore& store,
             transports::Transport& transport, transports::PortRetries& retries, Links links);
 
-  /// Restores what the conversations with the devices had learned (DeviceMemory), and opens the
-  /// port.
+  /// Restores from DeviceMemory what the conversations had learned, and opens the port.
   void Start(Now now);
-  /// The caller must limit the unanswered commands to Poller::kQueueLimit, as bus::CommandRoom
-  /// does.
+  /// The caller must limit unanswered commands to Poller::kQueueLimit (see bus::CommandRoom).
   void Submit(bus::WriteCommand command, Now now);
-  /// Called when events of a device have been saved to the disk. `said` and `reported`: see
-  /// EventPath::Kept (gateway/records/event_path.h).
+  /// Called when events of a device are on the disk; see gateway/records/event_path.h (Kept).
   void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
   /// Must be called at Deadline(). An earlier call does nothing.
   void OnTimer(Now now);
@@ -83,7 +79,7 @@ class LineParts {
 };
 
 // LineServers contains the servers for the port of one line: the configured server, and the
-// temporary server of `baudgate release --tcp`. All calls must come from the loop of the line.
+// temporary server of `baudgate release --tcp`. Only the loop of the line may call it.
 class LineServers {
  public:
   /// The references must outlive this object. `owner` gets the requests of the servers for the
@@ -116,7 +112,7 @@ class LineServers {
 
 class LineRunner final : private transports::TransportListener, private serial_server::PortOwner {
  public:
-  /// The references must outlive the runner. The line does nothing before Start.
+  /// The references must outlive the runner.
   LineRunner(asio::io_context& loop, std::shared_ptr<const config::Line> line,
              std::uint32_t first_device, const bus::Poller::FindProtocol& find,
              bus::PointStore& store, LineParts::Links links = {});
@@ -161,7 +157,6 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void Offer(config::PortServer server, Duration time);
   void TakeBack();
 
-  // Thread-safe: NameOf, Subscribe, Recorded.
   records::LineRecorder& recorder() { return line_.recorder; }
   bool is_open() const { return line_.port.is_open(); }  // thread-safe
 

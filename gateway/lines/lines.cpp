@@ -126,8 +126,7 @@ std::vector<std::string> Lines::NotOpen(std::span<const std::uint32_t> lines) co
   for (const std::uint32_t line : lines) {
     auto done = std::make_shared<std::promise<void>>();
     tried.push_back(done->get_future());
-    // The start of a line posts the first attempt to open the port, perhaps behind the first post
-    // here. Only the second post is sure to run after this attempt.
+    // LineRunner::Start posts the first try to open the port. The second post is behind this try.
     const LineSlot& slot = at(line);
     slot.Post([&slot, done](LineParts&, Now) {
       slot.Post([done](LineParts&, Now) { done->set_value(); });

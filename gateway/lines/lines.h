@@ -1,7 +1,5 @@
 // `Lines` holds all lines of the gateway and their threads. A line that a reload ends keeps its
-// number, a new line gets the next number. `ThreadKindOf` chooses a thread, `LoopWatch` finds loops
-// that hang, `LineDispatcher` passes requests of outputs to lines, and `ManualSettings` contains
-// what a user has set by hand.
+// number, a new line gets the next number.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -141,8 +139,7 @@ class Lines {
   std::optional<WallTime> stuck_since(std::uint32_t line) const;
   void OnHostClock(bool right);
 
-  /// Makes Look check also `io`, a loop on which the whole gateway depends. It must outlive this
-  /// object.
+  /// Makes Look check `io`, on which the whole gateway depends. It must outlive this object.
   void Watch(const std::string& name, asio::io_context& io);
   /// Logs loops that hang, or run again; must be called once a second. Returns false if a loop on
   /// which the whole gateway depends has not answered since the last call.

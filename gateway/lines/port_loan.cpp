@@ -176,9 +176,8 @@ void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   });
 }
 
-/// Restores the settings of the port. After a loan, the line waits until the bus is silent
-/// (State::rests). A port that the line only serves and does not poll is free for the next client
-/// at once.
+/// Restores the settings of the port. A line that polls then waits until the bus is silent
+/// (State::rests). A port that is only served is free for the next client at once.
 void PortLoan::Restore(Now now) {
   if (const Status set = links_.port.Reset(links_.config.serial); !set) {
     return line_.OnPortFailed(set.error(), now);
@@ -261,8 +260,7 @@ void PortLoan::OnListening(const std::string& place, const std::string& trouble,
 void PortLoan::Offer(const config::PortServer& server, Duration time, Now now) {
   offered_at_ = server.Address();
   offered_until_ = now.instant + time;
-  // The next client need not wait until the line has polled, because a user wants the port to be
-  // lent now.
+  // A user wants the port to be lent now, so the next client need not wait for polls.
   polls_until_ = now.instant;
   ShowService(server, now.wall + time);
 }

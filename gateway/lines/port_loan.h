@@ -36,8 +36,7 @@ class PortLoan final : public serial_server::PortOwner {
     virtual std::optional<std::string> WhyNot() const = 0;
     /// Stops new exchanges. Returns true if no exchange runs.
     virtual bool Quiet() = 0;
-    /// The client has the port until `until`, and the points of the line are out of service. `text`
-    /// names the client.
+    /// The client `text` has the port until `until`. The points of the line are out of service.
     virtual void OnLent(const std::string& text, WallTime until, Now now) = 0;
     /// The line has its port again, with its settings, and continues.
     virtual void OnReturned(Now now) = 0;
@@ -54,8 +53,7 @@ class PortLoan final : public serial_server::PortOwner {
     transports::Transport& port;
     bus::PollerListener& news;
     LoanRecords records{};
-    /// How long the bus must be silent after a loan, because late replies to the client may still
-    /// come.
+    /// Time that the bus must be silent after a loan, because late replies to the client may come.
     Duration rest{};
   };
   /// The references must outlive this object.
@@ -88,9 +86,8 @@ class PortLoan final : public serial_server::PortOwner {
   /// Returns "the port is in use by 10.0.0.7:40112"; nothing if no client has the port or asks for
   /// it.
   std::optional<std::string> InUse() const;
-  /// Hands the port to a waiting client if no exchange runs. Must be called after every input of
-  /// the line. Returns true if the line must start no exchange, because a client waits for the
-  /// port.
+  /// Hands the port to a waiting client if no exchange runs. To be called after every input of the
+  /// line. Returns true if a client waits, so that the line must start no exchange.
   bool Settle(Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
@@ -114,8 +111,7 @@ class PortLoan final : public serial_server::PortOwner {
   bus::PortService* ServiceAt(bus::LineStatus& status, const std::string& place) const;
 
   const Links links_;
-  // Number of the line in the store. It is kept because the store no longer lists a line that a
-  // reload has ended.
+  // Number of the line in the store, which no longer finds a line that a reload has ended.
   const std::uint32_t number_;
   Line& line_;
   State state_ = State::free;

@@ -8,8 +8,6 @@
 //   a device has answered                     proven at once
 //   no bytes, and still open after 30 s       proven: it works, although no device answers
 //   ended before it was proven                useless: the next is reported as open when proven
-//
-// `RestingConnection` handles servers that end their connections regularly.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,16 +31,15 @@ class ConnectionProof {
   /// `network`: the connection is TCP; else it is a local port.
   explicit ConnectionProof(bool network) : network_(network) {}
 
-  /// Notes that the connection was opened. Returns true if the opening must be reported at once,
-  /// false if it must be reported after the proof (TakeNews).
+  /// Notes that the connection was opened. Returns true if this must be reported at once, false if
+  /// only after the proof (TakeNews).
   bool OnOpened(Instant now) {
     told_ = state_ != State::useless;
     state_ = network_ ? State::fresh : State::proven;
     GoOn(now);
     return told_;
   }
-  /// Restarts the times of the proof: at the opening, and when a loan has ended over the same
-  /// connection.
+  /// Restarts the times: at the opening, and when a loan over the same connection has ended.
   void GoOn(Instant now) {
     opened_ = now;
     if (network_) check_at_ = now + kGreeting;
@@ -168,7 +165,7 @@ class RestingConnection {
   bool HasWorked(std::uint64_t answers) const { return answers > answers_before_; }
   void NoteBytes(Instant now) {
     OnUsed(now);
-    // This request had ended the previous connection and is answered now, so that end had another
+    // The previous connection ended at this request, which is answered now: the end had another
     // cause.
     if (asks_ && IsSameEnd()) ended_by_.clear();
     asks_ = false;

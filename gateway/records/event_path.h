@@ -1,7 +1,6 @@
 // `EventPath` carries events from the lines to the file, reports to the lines which events are
 // stored, and requests the reads of the records that events announce. The gateway's own events and
-// alarms enter here as well. `EventsPlace` is the place of events.db, `KindOf` decides how news is
-// recorded, and `AlarmService` raises the gateway's own alarms.
+// alarms enter here as well. `EventsPlace` is the place of events.db.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -36,8 +35,7 @@ namespace baudgate::records {
 struct EventsPlace {
   std::filesystem::path file;  ///< empty: there is no place for the file
   std::string why_no_file{};
-  /// True: events.db is not used; only the gateway's own alarms exist, and they end with the
-  /// gateway.
+  /// True: there is no events.db; the gateway's own alarms exist in memory until the gateway ends.
   bool in_memory = false;
   std::set<std::string> consumers{};
   std::shared_ptr<EventsWriter> writer = std::make_shared<EventsWriter>();

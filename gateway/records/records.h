@@ -1,7 +1,6 @@
 // `Records` owns what the gateway stores on the disk: the state folder, the memory of
 // conversations, the audit of writes, events, and the history of values, each if the configuration
-// asks for it. It is made before the lines and ends after them. `FileTroubles` lists files that
-// cannot be written, and `WritePath` carries recorded writes.
+// asks for it. It is made before the lines and ends after them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -57,12 +57,10 @@ using asio::ip::tcp;
 /// The pause before the next accept after an error. Without it, the loop would spin while file
 /// descriptors or memory are used up.
 constexpr Duration kAcceptPause = 100ms;
-/// The server stops reading from a client that has sent this many bytes while it waits for the
-/// port.
+/// A waiting client that has sent this many bytes is no longer read until it has the port.
 constexpr std::size_t kMostEarly = 4096;
 
-/// Returns the address of a client. An IPv4 client of an IPv6 listener ("::ffff:10.0.0.7") gets its
-/// IPv4 address ("10.0.0.7").
+/// Returns the address of a client; for an IPv4 client "::ffff:10.0.0.7" returns "10.0.0.7".
 asio::ip::address AddressOf(const tcp::endpoint& peer) {
   const asio::ip::address address = peer.address();
   if (!address.is_v6() || !address.to_v6().is_v4_mapped()) return address;
@@ -112,8 +110,7 @@ void Server::Look() {
                 Name(config_.mode));
     }
   }
-  // A lasting trouble is reported at every look, because a reload may have removed it from the
-  // status.
+  // A lasting trouble is reported each second, because a reload may remove it from the status.
   if (std::exchange(told_, trouble) != trouble || !trouble.empty()) {
     owner_.OnListening(config_.Address(), trouble, ReadClocks());
   }

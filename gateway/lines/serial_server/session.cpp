@@ -96,8 +96,7 @@ Bytes ComPort::SetOne(std::uint8_t command, std::uint8_t value) {
       Try(wanted);
       return Answer(command, ParityCode());
     case kSetStop:
-      // Value 3 is 1.5 stop bits. A UART has no such setting: with five data bits, its setting for
-      // two stop bits makes 1.5.
+      // Value 3 is 1.5 stop bits: with five data bits, a UART makes them by its setting for two.
       if (value == 1 || value == 2 || (value == 3 && wanted.data_bits == 5)) {
         wanted.stop_bits = value == 1 ? 1 : 2;
       }
@@ -122,8 +121,7 @@ Bytes ComPort::SetBaud(View value) {
   const auto baud = ByteReader(value).U32Be(0);
   if (!baud) return {};
   config::SerialSettings wanted = serial_;
-  // Higher numbers are ignored, because no port is as fast. The driver refuses lower rates that it
-  // cannot set.
+  // No port is as fast, so higher rates are ignored. The driver refuses rates that it cannot set.
   constexpr std::uint32_t kMost = 100'000'000;
   if (*baud > 0 && *baud < kMost) wanted.baud = static_cast<int>(*baud);
   Try(wanted);
@@ -294,8 +292,7 @@ void Session::Take(Kind kind, View bytes, Now now) {
   }
 }
 
-/// Handles data and commands that the client has sent during a break or before it had the port.
-/// Stops at a command that begins a new break.
+/// Handles what the client has sent during a break or before Begin, up to the next break.
 void Session::TakeWaiting(Now now) {
   while (!waiting_.empty() && !break_at_) {
     const Waiting one = std::move(waiting_.front());
@@ -358,8 +355,7 @@ void Session::End() {
   breaks_ = false;
 }
 
-/// Stops reading from the client while the port has too many unsent bytes, and from both while the
-/// client does not take its bytes.
+/// Stops reading from the client while the port takes no bytes, from both if the client takes none.
 void Session::Regulate() {
   const bool answers_wait = connection_.unsent() > kMostForClient;
   const bool pause_client =

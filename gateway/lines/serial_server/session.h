@@ -1,13 +1,8 @@
 // `Session` is one client of a port on one connection: it passes bytes from the client to the port
-// and back, each way no faster than the receiver takes them. It does no I/O itself: bytes and time
-// are arguments, the port is a transport, and gateway/lines/serial_server/server.cpp has the
-// connection.
+// and back, each way no faster than the receiver takes them. It has no socket and no clock:
+// gateway/lines/serial_server/server.cpp provides these.
 //
 //   connected → (asks for the port with its first byte or command) → has the port → over
-//
-// `ComPort` handles the commands of a client by RFC 2217. `PortOwner` and `PortUser` are the
-// interfaces between a server and the line, and `PortDrain` waits until the last bytes of a client
-// are sent.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -191,8 +186,7 @@ class Session {
   /// Handles bytes of the client. Before Begin, the session stores them, and the caller must pass
   /// the bytes of one read only.
   void OnClient(View bytes, Now now);
-  /// Called when the client sends no more. over() is set when the port has sent all its bytes, or
-  /// after PortDrain::kLongest.
+  /// Called when the client sends no more. over() follows when PortDrain ends.
   void OnClientEnd(Now now);
   void OnClientRoom() { Regulate(); }
 
@@ -235,8 +229,7 @@ class Session {
   std::optional<ComPort> com_;
   std::deque<Waiting> waiting_;
   Instant break_asked_{};
-  // When the current break ends, or when to check whether a requested break can begin. Empty: no
-  // break.
+  // When the break ends, or when to check whether a requested break can begin. Empty: no break.
   std::optional<Instant> break_at_;
   bool breaks_ = false;
   bool asks_ = false;

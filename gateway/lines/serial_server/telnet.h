@@ -4,8 +4,6 @@
 //
 //   61 FF FF FF FD 2C FF FA 2C 01 41 FF F0
 //   → data 61 · data FF · DO 2C · subnegotiation 2C: 01 41
-//
-// `TelnetStream` uses it to turn the bytes of a client into data and commands for the port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,7 +1,6 @@
 // `AuditFile` is the audit's part of events.db: it opens the file when needed, writes the changed
 // records of AuditBook, and reports failures. Used by one thread
-// (gateway/records/audit/audit_log.h); it reads no clock. `WriteTable` handles the rows of the
-// table `writes`.
+// (gateway/records/audit/audit_log.h); it reads no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -87,8 +86,7 @@ class AuditFile {
   std::optional<Opened> Open();
   /// Writes all drafts to the disk and sets their seq, or writes none. The file must be open.
   Status Write(std::vector<Draft>& drafts);
-  /// Reads and checks the whole file, which must be open. To be called if a reader has found
-  /// damage.
+  /// Reads and checks the whole file, which must be open, because a reader has found damage.
   Status Check();
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
   void Tidy(Now now);

@@ -306,8 +306,7 @@ std::optional<bus::PastRequests> AuditLog::Past() const {
   if (options_.file.empty()) return bus::PastRequests();
   const MutexLock lock(mutex_);
   if (past_) return bus::PastRequests{*past_, true};
-  // With `require`, no write is sent while the disk fails, so requests with a number
-  // (bus::RequestId) can wait until the file was read.
+  // With `require`, no write is sent while the disk fails, so numbered requests can wait.
   if (options_.require || !disk_.is_failing()) return std::nullopt;
   return bus::PastRequests{{}, false};
 }

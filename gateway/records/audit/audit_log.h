@@ -186,8 +186,7 @@ class AuditLog final : public WriteLog, public AuditSource {
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
   Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
-  /// The latest requests with a number (bus::RequestId) of earlier runs. Empty until the file was
-  /// first opened.
+  /// Requests of earlier runs that had a bus::RequestId. Empty until the file was first opened.
   std::optional<std::vector<bus::PastRequest>> past_ BAUDGATE_GUARDED_BY(mutex_);
   Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable records::FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);

@@ -19,8 +19,7 @@ namespace baudgate::audit {
 // separate connection, so it delays no writer. The file can contain anything; every field is
 // checked.
 
-/// The number of records of one page. A page is one line of the control socket, usually about 40 kB
-/// long, and 1 MB at most.
+/// The number of records of one page, one line of the control socket: about 40 kB, at most 1 MB.
 inline constexpr std::size_t kPage = 100;
 
 struct PageQuery {
@@ -42,8 +41,7 @@ Result<Page> ReadPage(records::Database& database, const PageQuery& query);
 /// Returns, for each client that numbers its requests, its last 33 writes to points; at most 8192
 /// writes of all clients, the latest first. `now` is used to compute their age.
 Result<std::vector<bus::PastRequest>> ReadRequests(records::Database& database, WallTime now);
-/// Opens the file, reads a page and closes the file. `damaged`: see ReadOnce
-/// (gateway/records/disk/database.h).
+/// Opens the file and reads a page. `damaged`: see ReadOnce (gateway/records/disk/database.h).
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);
 

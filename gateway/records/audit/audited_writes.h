@@ -1,6 +1,4 @@
-// This file brings writes into the audit. `WriteRecord` is one record. `WriteLog` is the interface
-// that stores records. `AuditedWrites` is the command sink in front of the lines. `BeginLoan` and
-// `EndLoan` record the loan of a port, and `Witness` records a routed write.
+// This file brings writes into the audit: `WriteLog` stores a `WriteRecord` of each write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -62,8 +60,7 @@ struct WriteRecord {
   /// Client and number of the request; for repeats, of the first request. Empty: the request had no
   /// number.
   std::optional<bus::RequestId> request{};
-  /// The place of the write in the order in which writes ended, from 1 on. Empty: the write has not
-  /// ended.
+  /// Number among the ended writes, in the order of their ends. Empty: the write has not ended.
   std::optional<std::int64_t> settled;
 };
 

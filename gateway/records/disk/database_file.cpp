@@ -357,9 +357,8 @@ OpenFile::Look OpenFile::LookAtLog(Database& database) const {
                         "no data was lost: the file already contains the content of the log; {}",
                         kAdvice)};
   }
-  // A checkpoint would copy only the remaining part of the log to the file, which would then
-  // contain a mixture of old and new pages. It is such a mixture already if a checkpoint has copied
-  // some frames.
+  // A checkpoint would copy the rest of the log to the file and leave a mixture of old and new
+  // pages. If a checkpoint has copied some frames already, the file is a mixture already.
   database.Abandon();
   if (index.in_the_file() > 0) {
     return {

@@ -1,8 +1,6 @@
 // `OpenDatabase` opens a database file of the gateway: it checks the file, migrates its tables,
 // makes the file if it does not exist, and puts it aside (renames it) if it is damaged. The owners
-// define the tables (gateway/records/disk/events_file.h, gateway/records/history). `LogDamage`
-// checks a write-ahead log by its bytes, and `OpenFile` detects when the disk has lost a file that
-// is open.
+// define the tables (gateway/records/disk/events_file.h, gateway/records/history).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

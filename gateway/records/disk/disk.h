@@ -1,6 +1,5 @@
-// These types handle a disk that contains files of the state folder. `DiskCondition` stores what is
-// wrong and since when, `FileWatch` decides when a file is checked, and `DiskCalls` makes calls
-// that a disk can delay without end.
+// These types handle a disk that contains files of the state folder: its condition, the checks of
+// its files, and calls that it can delay without end.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -141,8 +140,8 @@ class DiskCalls {
   DiskCalls(std::string name, Duration patience);
 
   /// Returns the result of `call`; empty: the result has not come within `patience`, or too many
-  /// calls wait. A call that has begun runs to its end even if Wait has returned, so it must own
-  /// what it uses.
+  /// calls wait. `call` must own what it uses, because it runs to its end even if Wait has
+  /// returned.
   template <typename Call>
   auto Wait(Call call) -> std::optional<decltype(call())> {
     auto promise = std::make_shared<std::promise<decltype(call())>>();

@@ -1,7 +1,6 @@
 // `OpenEvents` opens events.db in the state folder, which contains the permanent records of audit
 // and events. Every commit is on the disk before it returns (WAL, synchronous=FULL). docs/audit.md
-// and docs/events.md describe the tables. `EventsWriter` is the only thread that writes events.db,
-// and `EventsConnection` is a writing connection that handles removal and damage of the file.
+// and docs/events.md describe the tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

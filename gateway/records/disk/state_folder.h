@@ -1,6 +1,5 @@
 // `StateFolder` is the folder of the data that outlive the program. There is one for each
-// gateway.name, locked while a gateway runs (docs/state.md). `NewerStateIn` finds files that a
-// newer baudgate has written.
+// gateway.name, locked while a gateway runs (docs/state.md).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,8 +43,7 @@ inline bool NeedsState(const config::Config& config, const config::Catalog& cata
   return !WhatIsKept(config, catalog).empty();
 }
 
-/// The candidates for the state folder, in the order in which they are tried. An empty text: not
-/// given.
+/// The candidates for the state folder; the first given one is used. An empty text: not given.
 struct StatePlaces {
   std::string configured;       ///< gateway.state
   std::string state_directory;  ///< $STATE_DIRECTORY: a list of folders, separated by ':'
@@ -86,8 +84,8 @@ class StateFolder {
   /// Makes the folder if it does not exist, and locks it. If the folder was removed since the last
   /// call, does both again. Takes as long as the disk takes.
   std::optional<Failure> Open();
-  /// Does the same as Open, but returns a failure if the folder is not open after `patience`.
-  /// Opening then continues in the background.
+  /// Opens the folder, but returns a failure after `patience`, and goes on opening in the
+  /// background.
   static std::optional<Failure> OpenWithin(const std::shared_ptr<StateFolder>& folder,
                                            Duration patience);
 

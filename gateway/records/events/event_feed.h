@@ -97,9 +97,8 @@ class Backlog {
   std::map<std::int64_t, std::vector<EventRecord>> pages_;  // key: number before the first event
 };
 
-// `RecentEvents` knows three ranges of event numbers: it has the newest events whole, number and
-// device of the events before them, and the newest still earlier number of each device. No lock:
-// EventFeed provides it.
+// `RecentEvents` has the newest events whole, of earlier events the number and the device, and of
+// still earlier events the newest number of each device. No lock: EventFeed provides it.
 //
 //   number  1 … 60             61 … 80          81 … 90
 //           newest per device  only the device  whole event
@@ -114,8 +113,7 @@ struct FeedLimits {
   std::size_t remembered = 16000;  ///< older events of which only the device is in memory: 256 kB
 };
 
-/// FeedImage is the part of events.db that the feed takes over when the file is opened. The lists
-/// are sorted by number.
+/// FeedImage contains what the feed takes over from events.db. The lists are sorted by number.
 struct FeedImage {
   std::int64_t newest = 0;
   std::vector<EventRecord> events{};

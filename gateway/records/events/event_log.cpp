@@ -208,8 +208,8 @@ std::vector<Consumer> RoundWriter::Consumers(std::int64_t oldest) const {
   return consumers;
 }
 
-/// In the last round, commits go on until nothing waits. For example, the commit that ends a disk
-/// trouble adds an event.
+/// In the last round, a commit can add an event, for example that the disk works again, so commits
+/// go on until nothing waits.
 Instant RoundWriter::Run(bool last) {
   if (!last && !rounds_.Begin()) return rounds_.NextRound();
   do {

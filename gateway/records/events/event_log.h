@@ -78,7 +78,7 @@ class EventRounds {
   /// Begins a round. Returns false if no round is due yet.
   bool Begin();
   Instant NextRound() const;
-  /// Returns true if the file was opened for the first time.
+  /// Returns true at the first opening of the file.
   bool OnOpened(const EventTable::Contents& contents);
   void SetPutAside(std::vector<std::string> files);
 

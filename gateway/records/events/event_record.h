@@ -113,7 +113,7 @@ struct OwedRecord {
 };
 
 struct EventRecord {
-  /// Number of the event, from 1 without gaps, also over restarts; 0: not in the file yet.
+  /// Number of the event, from 1 without gaps, over restarts; 0: not in the file yet.
   std::int64_t seq = 0;
   WallTime received{};
   WallTime device_time{};

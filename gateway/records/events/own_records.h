@@ -81,8 +81,7 @@ struct Fact {
   std::string line{};
   std::string device{};  ///< empty: the fact is about the line
   std::string why{};
-  /// True together with `over`: the fact may last, but a reload has restarted the line, and nothing
-  /// reports the fact any more.
+  /// With `over`: after a reload no line reports the fact, so perhaps the fact is not over.
   bool unknown = false;
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);

@@ -96,8 +96,7 @@ class HistoryFiles {
 
   /// Closes open files that were removed, replaced or damaged.
   void Look();
-  /// Checks the whole content of the named files that are open. To be called if readers have found
-  /// damage. Closes damaged files.
+  /// Checks the whole content of the open files among `files`, in which readers have found damage.
   void Check(const std::set<std::string>& files);
   bool TakeLost() { return std::exchange(lost_, false); }
 

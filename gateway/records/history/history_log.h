@@ -79,8 +79,7 @@ class ValueStore {
 
 class HistoryLog {
  public:
-  /// The interval of commits. If the disk is fast enough, a power cut loses the values of this time
-  /// only.
+  /// The interval of commits. A power cut loses the values since the last commit.
   static constexpr Duration kCommit = 1s;
   /// Changes that come within this time are read together.
   static constexpr Duration kLook = 20ms;
@@ -97,8 +96,8 @@ class HistoryLog {
     /// Checks that the folder exists and belongs to the gateway; called before files are opened.
     /// Empty: no check.
     std::function<Status()> ready{};
-    /// Returns true while an earlier HistoryLog, which a reload has ended, still writes to the
-    /// files. Empty: there is no earlier log.
+    /// Returns true while the HistoryLog before a reload still writes the files. Empty: there was
+    /// none.
     std::function<bool()> taken{};
     std::string vfs{};
     std::function<Now()> clocks;

@@ -1,8 +1,7 @@
 // `LineRecorder` is the flight recorder of one line and the source of its live traces: it contains
 // the last exchanges as they were on the wire, without secrets, and decides when they are saved to
 // a file. gateway/bus/exchange/line.h calls it as a Tap, gateway/lines/line_reporter.cpp reports
-// states, and gateway/outputs/control reads it. No I/O; it reads no clock. `Recordings` writes the
-// files.
+// states, and gateway/outputs/control reads it. No I/O; it reads no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -92,9 +91,8 @@ class LineRecorder final : public bus::Tap {
     WallTime at{};
     Duration round_trip{};
   };
-  /// An Exchange is one request and everything up to the next request or, on a line that only
-  /// listens, one message. It is stored as bytes, not as text, because most exchanges are never
-  /// shown.
+  /// One request and all bytes up to the next request, or one message if the line only listens. It
+  /// has bytes, not text, because most exchanges are never shown.
   struct Exchange {
     std::vector<Item> items;
     Bytes bytes;               // bytes of the wire, and the texts of notes

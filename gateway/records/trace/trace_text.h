@@ -1,7 +1,7 @@
 // `TraceRecord` is a piece of a line's traffic as users see it: direction, time in microseconds,
 // bytes with secrets masked. ToText makes one line of text of it, which `baudgate decode` reads.
 // gateway/records/trace/line_recorder.h makes the records; they go to gateway/outputs/control and
-// to the files of the flight recorder. `TraceHead` describes the line at the top of a trace.
+// to the files of the flight recorder.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
