@@ -110,8 +110,7 @@ class FileWatch {
     look_ = false;
     return look;
   }
-  /// To be called when a reader has found that the file is damaged: the next look reads the whole
-  /// file.
+  /// To be called when a reader has found damage: the next check reads the whole file.
   void Doubt() { doubt_ = true; }
 
   /// The writing thread calls Begin before a write and End after it; it can hang between them.
