@@ -21,7 +21,7 @@ struct Protocol;
 
 namespace baudgate::lines {
 
-// The port text in the status of a line from its start until the first attempt to open the port.
+// The text that the status of a line shows for its port until the first attempt to open the port.
 
 inline constexpr std::string_view kNotOpenedYet = "not opened yet";
 
@@ -31,8 +31,8 @@ class LineControl {
   /// Closes the port for another program, and opens it again after `time`; a second call restarts
   /// the time. Meanwhile the points of the line are out of service.
   virtual void Release(std::uint32_t line, Duration time) = 0;
-  /// Lets network clients use the port for `time`; a second call replaces the first. Points are out
-  /// of service while a client uses the port.
+  /// Lets network clients use the port for `time`; a second call replaces the first. The points of
+  /// the line are out of service while a client uses the port.
   virtual void Offer(std::uint32_t line, config::PortServer server, Duration time) = 0;
   virtual void TakeBack(std::uint32_t line) = 0;
   /// Takes a device into or out of use. A device out of use is not polled, and its points are out
@@ -42,9 +42,9 @@ class LineControl {
   virtual const protocols::Protocol* FindProtocol(const std::string& /*name*/) const {
     return nullptr;
   }
-  /// Returns a queue that receives all records of the line from now on, until the caller drops the
-  /// queue; null if the line has ended. The line's thread calls `wake` when the empty queue gets
-  /// its first record; `wake` must not block.
+  /// Returns a queue that receives each new trace record of the line until the caller drops the
+  /// queue (records::TraceQueue limits its length); null if the line has ended. The line's thread
+  /// calls `wake` when the empty queue gets its first record; `wake` must not block.
   virtual std::shared_ptr<records::TraceQueue> Trace(std::uint32_t line,
                                                      std::function<void()> wake) = 0;
   /// Returns the records in the flight recorder of the line, oldest first.

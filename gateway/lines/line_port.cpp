@@ -10,7 +10,7 @@
 namespace baudgate::lines {
 namespace {
 
-/// The interval of checks; each check calls into the driver.
+/// SettingsWatch checks the port at most this often, because each check calls into the driver.
 constexpr Duration kLookEvery = 1s;
 
 }  // namespace
@@ -78,17 +78,17 @@ void SettingsWatch::CheckSettings(Now now) {
 
 namespace {
 
-/// A server that has left at least this many requests unanswered has passed them on to its devices.
+/// A server that has left this many requests unanswered has probably passed them to its devices.
 constexpr int kPassedOn = 2;
 
-/// Runs the due timers of `part`: the end of the exchange, the end of the silence behind it, the
-/// next request.
+/// Calls the timer of `part`, a Poller or a TelegramQueue, until none is due. Several can be due if
+/// the program was suspended: one ends the exchange, the next sends the next request.
 void CatchUp(auto& part, Now now) {
   constexpr int kMostSteps = 100;
   for (int i = 0; i < kMostSteps && HasCome(part.Deadline(), now.instant); ++i) part.OnTimer(now);
 }
 
-/// Returns what the user should check if a connection ended before it was proven.
+/// Returns what the user should check if a connection ended before ConnectionProof had proven it.
 std::string HintOf(const RestingConnection& rest, bool unread, const config::Line& line) {
   const std::string& protocol = line.protocol;
   if (rest.unanswered() >= kPassedOn) {
@@ -149,8 +149,6 @@ void LinePort::Stop(const std::string& why, Now now, std::function<void()> stopp
   });
 }
 
-// ---------------------------------------------------------------- the connection
-
 /// Closes the port and stops the retries, so that nothing opens the port again.
 void LinePort::ClosePort() {
   proof_.OnClosed();
@@ -176,8 +174,8 @@ void LinePort::OnOpened(Now now) {
   poller_.OnOpened(now, transport_.KeepsBitRate());
 }
 
-/// Drops the request that waited for this connection if its exchange has ended meanwhile (the
-/// program may have been suspended), or if the request is too late to be sent.
+/// Drops the request that waits for this connection if its exchange has ended, for example while
+/// the program was suspended, or if it is too late to send the request.
 void LinePort::DropLate() {
   CatchUp(telegrams_, now_);
   CatchUp(poller_, now_);
@@ -197,7 +195,7 @@ void LinePort::OnOpenFailed(const std::string& reason, transports::NoConnection 
     display_.CountLoss(now);
     return Lost(reason);
   }
-  // The loan is over, but the port could not be opened again.
+  // The loan to another program is over, but its port cannot be opened, so its points stay bad.
   if (std::exchange(out_of_service_, false)) poller_.OnClosed(now);
   display_.OnDown(reason, {.first = retries_.OnDown(reason)}, now_);
 }
@@ -212,7 +210,7 @@ void LinePort::OnEnded(const std::string& reason, bool unread, Now now) {
   now_ = now;
   const std::uint64_t answers = poller_.accounts().line.Answers();
   const bool several = line_.devices.size() > 1;
-  // While a client uses the port, no request of the line would open it again.
+  // While a client uses the port, the line sends no request that would open the connection again.
   const bool lent = loan_.has_port();
   display_.CountEnd(
       {.worked = resting_.HasWorked(answers), .asked = resting_.asks(), .unread = unread}, now);
@@ -248,8 +246,6 @@ void LinePort::CheckConnection() {
            "; the gateway connects again",
        Loss::silence);
 }
-
-// ---------------------------------------------------------------- the loan
 
 void LinePort::Release(Duration time, Now now) {
   now_ = now;
@@ -293,8 +289,6 @@ void LinePort::EndLoan() {
   transport_.Open();
 }
 
-// ---------------------------------------------------------------- the loan over the network
-
 std::optional<std::string> LinePort::WhyNot() const {
   if (stopping_) return stopping_;
   if (lent_until_) return "the port is lent to another program";
@@ -331,8 +325,6 @@ void LinePort::OnPortFailed(const std::string& reason, Now now) {
   transport_.Close();
   Lost(reason);
 }
-
-// ---------------------------------------------------------------- bytes and time
 
 void LinePort::PassOn(View bytes, Now now) {
   now_ = now;

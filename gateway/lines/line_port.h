@@ -1,7 +1,6 @@
 // `LinePort` is the port of one line: it opens, lends and closes the port. Before it lends or
-// closes the port, it ends the current write. It has no thread and no clock: line_runner.h passes
-// bytes, calls and the time. `SettingsWatch` watches the settings of the open port; `WriteGrace`
-// delays closing the port until a write has ended.
+// closes the port, it ends the current write. It has no thread and no clock:
+// gateway/lines/line_runner.h passes bytes, calls and the time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,12 +27,12 @@ namespace baudgate::lines {
 
 // SettingsWatch sets the settings that a request needs before the request is sent. At most once a
 // second, while the line works, it also reads the error counters of the driver and checks whether
-// another program has changed the settings of the port (ModemManager, brltty, a getty and stty do
-// that). Each exchange would then fail, so SettingsWatch sets the settings again.
+// another program (ModemManager, brltty, a getty, stty) has changed the settings of the port. If
+// so, it restores them, because each exchange would fail.
 class SettingsWatch {
  public:
-  /// The references must outlive this object. `listens`: a device of the line sends unasked, so the
-  /// port is checked even if nothing is sent.
+  /// The references must outlive this object. `listens`: a device of the line sends without a
+  /// request, so a local port is checked once a second even if the gateway sends nothing.
   SettingsWatch(const config::Line& line, transports::Transport& port, PortDisplay& display,
                 bool listens)
       : line_(line),
@@ -43,7 +42,7 @@ class SettingsWatch {
         applied_(line.serial) {}
 
   void OnOpened(Now now);
-  /// Called when a loan of the port is over; the port then has the settings of the line again.
+  /// Called when a loan of the port is over and the port has the settings of the line again.
   void OnReturned() { applied_ = line_.serial; }
   void OnClosed() { due_.reset(); }
   /// Must be called before a request is sent that needs the settings `serial`.
@@ -67,8 +66,8 @@ class SettingsWatch {
   std::uint64_t times_restored_ = 0;
 };
 
-// Delays closing the port of a line until the current write has ended, at most a second, so that no
-// device stays unlocked by its password.
+// Delays closing the port of a line until the current write has ended, at most a second. Otherwise
+// a device that the write has unlocked with its password would stay unlocked.
 class WriteGrace {
  public:
   static constexpr Duration kMost = 1s;
@@ -97,17 +96,17 @@ class WriteGrace {
   std::optional<Instant> until_;
 };
 
-/// The reason that clients get when `release --end` takes the port back.
+/// The reason that log and records give when `baudgate release --end` takes the port back.
 inline constexpr std::string_view kTakenBack = "the line was taken back";
 
 /// The port of one line. Not thread-safe, except is_open(). `now` must never go back.
 class LinePort final : public bus::RequestPort, public PortLoan::Line {
  public:
   /// The references must outlive this object. `poller`, `telegrams` and `loan` may be constructed
-  /// later. `transport` must be closed; its listener must pass each event to the function of the
-  /// same name here. `retries` opens the port again after OnDown. `listens`: a device of the line
-  /// sends unasked, so the connection must be open all the time. `transaction`: see
-  /// TransactionBytes.
+  /// later. `transport` must be closed; its listener must pass each event to OnOpened … OnEnded
+  /// below. `retries` opens the port again after OnDown. `listens`: a device of the line sends
+  /// without a request, so the connection must be open all the time. `transaction`: see
+  /// TransactionBytes (protocols/protocol.h).
   LinePort(const config::Line& line, bus::PointStore& store, transports::Transport& transport,
            transports::PortRetries& retries, records::LineRecorder& recorder,
            LineReporter& reporter, bus::Poller& poller, TelegramQueue& telegrams, PortLoan& loan,
@@ -122,7 +121,7 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   void OnOpened(Now now);
   void OnOpenFailed(const std::string& reason, transports::NoConnection why, Now now);
   void PassOn(View bytes, Now now);
-  /// `takes_no_data`: the port was closed because it accepts no data.
+  /// `takes_no_data`: the transport has closed the port because the port accepted no more data.
   void OnLost(const std::string& reason, Now now, bool takes_no_data = false);
   void OnEnded(const std::string& reason, bool unread, Now now);
 
@@ -145,16 +144,16 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   /// Must be called at Deadline(). An earlier call does nothing.
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// Must be called after every input of the line, because the current write may have ended.
+  /// Continues Release or Stop if the write has ended. To be called after every input of the line.
   void Settle(Now now);
 
-  bool is_open() const { return open_.load(); }  // thread-safe
+  bool is_open() const { return open_.load(); }
 
  private:
   void DropLate();
   void Prove();
   void CheckConnection();
-  /// The cause of the loss of a port, for the hint in the log and for the status.
+  /// The cause of the loss of a port: it decides the hint in the log and the text in the status.
   enum class Loss : std::uint8_t {
     port,
     unread,   ///< the server dropped a request that it had not read

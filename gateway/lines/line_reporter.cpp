@@ -21,7 +21,7 @@ void LineReporter::OnDeviceState(std::uint32_t device, bus::DeviceState from, bu
     const auto take = [&](const bus::DeviceRecord& record) {
       about.outcome = Name(record.status.last_outcome);
     };
-    // The store has no records of the slaves of routes.
+    // The store has no records of slaves that only transparent routes reach.
     if (device < bus::kFirstSlave) store_.Read(device, take);
     log::Warn(about, "{} (was {}): {}", Name(to), Name(from), reason);
   }
@@ -52,7 +52,7 @@ void LineReporter::OnNews(bus::News news, Now at) {
     if (news.first && known) return;
   } else if (news.what != bus::News::What::replaced) {
     const bool is_new = lasting_.insert(key).second;
-    // A further fault of a wrong device is reported, because its reason may differ.
+    // A lasting state is reported once, except `wrong_device`, because its reason may have changed.
     if (!is_new && news.what != bus::News::What::wrong_device) return;
   }
   events_->OnNews(line_, news, at);
@@ -60,8 +60,8 @@ void LineReporter::OnNews(bus::News news, Now at) {
 
 namespace {
 
-/// Two connections have the same age if their ages differ by less than this plus a tenth. Equal
-/// ages show that a time limit of the server ends the connections.
+/// Two connections count as equally old if their ages at their end differ by less than this plus a
+/// tenth. Several equal ages show that the server limits how long a connection lasts.
 constexpr Duration kSameAge = 500ms;
 
 }  // namespace

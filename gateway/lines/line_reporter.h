@@ -1,7 +1,7 @@
 // `LineReporter` reports what happens on one line: device states and warnings to the log, news and
-// events to the event sink, and what conversations have learned to their memory. The beginning and
-// the end of a lasting state are reported once each; an end without a beginning is reported the
-// first time only (News::first).
+// events to the event sink, and what conversations have learned to records::DeviceMemory. The
+// beginning and the end of a lasting state are reported once each; an end without a beginning is
+// reported the first time only (News::first).
 //
 //   device online → offline           no_answer
 //   port lost                         port_down
@@ -58,13 +58,13 @@ class LineReporter final : public bus::PollerListener {
     if (events_ != nullptr) events_->OnRead(device, points, at);
   }
 
-  /// Stops news. A reload calls it when another line of the same name has replaced this line, whose
-  /// driver hangs: news of this line would look like news of the new line. Thread-safe.
+  /// Stops news. A reload calls this for a line whose driver hangs, when a new line with its name
+  /// has replaced it: users would take its news for news of the new line. Thread-safe.
   void Retire() { retired_ = true; }
 
-  /// Notes that events of the device have been saved to the disk. `reported`: these are the events
-  /// that OnEvents reported last; else they are from before the start. Returns true if no event of
-  /// the device is unsaved.
+  /// Notes that events of the device have been saved to the disk. `reported`: true for the events
+  /// of the last OnEvents call; false for events that were on the disk before the start. Returns
+  /// true if no event of the device is unsaved.
   [[nodiscard]] bool TakeKept(std::uint32_t device, bool reported) {
     if (reported) unsaved_.erase(device);
     return !unsaved_.contains(device);
@@ -89,7 +89,7 @@ class LineReporter final : public bus::PollerListener {
 
 struct ShownLoan {
   WallTime until{};
-  bool to_client = false;  ///< lent to a client over the network; else by hand to another program
+  bool to_client = false;  ///< true: lent to a network client; false: to another program
 };
 
 class PortDisplay {
@@ -109,7 +109,7 @@ class PortDisplay {
   /// current write. If `until` is the epoch: shows that the release was called off.
   void OnReleaseAsked(WallTime until);
   void OnReleased(const std::string& port, Duration time, Now now);
-  /// Called when the release is over. The port is not open yet; it may have vanished meanwhile.
+  /// Called when the release is over, before the first attempt to open the port again.
   void OnTakenBack(Now now);
   void CountLoss(Now now, bool takes_no_data = false);
   void OnWorked() { worked_ = true; }
@@ -119,14 +119,14 @@ class PortDisplay {
   void OnConnected(Now now) { connected_ = now.instant; }
   struct End {
     bool worked = false;  ///< true: an answer came over the connection
-    bool asked = false;   ///< true: a request had not been answered yet
-    bool unread = false;  ///< true: the server had not read this request either
+    bool asked = false;   ///< true: no byte has come since the last request
+    bool unread = false;  ///< true: the server had not read the last request
   };
   void CountEnd(End end, Now now);
-  /// Counts and logs that the server has ended a connection that was in use. This is not an outage.
+  /// Counts and logs the end of a connection in use (RestingConnection::IsDrop); this is no outage.
   void CountDrop(const std::string& reason, Now now);
-  /// Counts that the server has ended a connection that the next request opens again. This is not a
-  /// fault.
+  /// Counts that the server has ended a connection and that the next request will open a new one.
+  /// This is not a fault.
   void CountRest();
 
   void Show(bus::LineStatus::Port port, const std::string& text, Now now, ShownLoan loan = {});

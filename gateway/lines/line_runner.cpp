@@ -149,8 +149,8 @@ void LineRunner::RequestStop(const std::string& why) {
       timer_.cancel();
       offer_end_.cancel();
       servers_.Stop(why);
-      // Handlers that were ready, or that this stop cancels, are in the loop's queue before these
-      // two posts, so none of them runs after the stop is reported.
+      // Handlers that are ready, or that the cancellations above make ready, run before the second
+      // post. So no handler of the line runs after Stop has returned.
       asio::post(io_, [this] { asio::post(io_, [stopped = stopped_] { stopped->set_value(); }); });
     });
   });

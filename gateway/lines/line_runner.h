@@ -1,8 +1,7 @@
 // `LineRunner` runs one line on an event loop: it connects a transport and the clocks with the
 // parts of the line (`LineParts`), which contain the rules. Lines share loops, and nothing here
-// blocks a shared loop; a serial port, whose driver can block, has a separate loop (lines.h).
-// `LineServers` serves the port over the network. `LineSlot` is the numbered place of a line; it
-// remains when a reload ends the line.
+// blocks a shared loop; a serial port, whose driver can block, has a separate loop
+// (gateway/lines/lines.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,7 +43,8 @@ class LineParts {
     /// Null: events are dropped.
     bus::EventSink* events = nullptr;
     LoanRecords loans{};
-    std::vector<protocols::ForeignRule> foreign{};  ///< rules of all protocols
+    /// Rules that recognise the messages of other protocols.
+    std::vector<protocols::ForeignRule> foreign{};
   };
 
   /// The references must outlive this object.
@@ -52,17 +52,16 @@ class LineParts {
             const bus::Poller::FindProtocol& find, bus::PointStore& store,
             transports::Transport& transport, transports::PortRetries& retries, Links links);
 
-  /// Restores what the conversations with the devices had learned, and opens the port.
+  /// Restores from DeviceMemory what the conversations had learned, and opens the port.
   void Start(Now now);
-  /// The caller must respect Poller::kQueueLimit (CommandRoom), so that the poller has room for the
-  /// command.
+  /// The caller must limit unanswered commands to Poller::kQueueLimit (see bus::CommandRoom).
   void Submit(bus::WriteCommand command, Now now);
-  /// Called when events of a device have been saved to the disk; see EventPath::Kept.
+  /// Called when events of a device are on the disk; see gateway/records/event_path.h (Kept).
   void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
   /// Must be called at Deadline(). An earlier call does nothing.
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// Must be called after every input.
+  /// Must be called after every input of the line, because an exchange or a write may have ended.
   void Settle(Now now);
 
  private:
@@ -80,11 +79,11 @@ class LineParts {
 };
 
 // LineServers contains the servers for the port of one line: the configured server, and the
-// temporary server of `baudgate release --tcp`. All calls must come from the loop of the line.
+// temporary server of `baudgate release --tcp`. Only the loop of the line may call it.
 class LineServers {
  public:
-  /// The references must outlive this object. `owner` gets the requests of clients, and passes them
-  /// to `loan`.
+  /// The references must outlive this object. `owner` gets the requests of the servers for the
+  /// port, and must pass them to `loan`.
   LineServers(asio::io_context& io, const config::Line& line, serial_server::PortOwner& owner,
               PortLoan& loan)
       : io_(io), line_(line), owner_(owner), loan_(loan) {}
@@ -113,7 +112,7 @@ class LineServers {
 
 class LineRunner final : private transports::TransportListener, private serial_server::PortOwner {
  public:
-  /// The references must outlive the runner. The line does nothing before Start.
+  /// The references must outlive the runner.
   LineRunner(asio::io_context& loop, std::shared_ptr<const config::Line> line,
              std::uint32_t first_device, const bus::Poller::FindProtocol& find,
              bus::PointStore& store, LineParts::Links links = {});
@@ -158,8 +157,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void Offer(config::PortServer server, Duration time);
   void TakeBack();
 
-  records::LineRecorder& recorder() { return line_.recorder; }  // any thread may read it
-  bool is_open() const { return line_.port.is_open(); }         // thread-safe
+  records::LineRecorder& recorder() { return line_.recorder; }
+  bool is_open() const { return line_.port.is_open(); }  // thread-safe
 
  private:
   void OnOpened() override;
@@ -195,8 +194,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
   LineParts line_;
   LineServers servers_;
   asio::steady_timer offer_end_;
-  bus::CommandRoom queued_{
-      bus::Poller::kQueueLimit};  // counts commands that were submitted and not answered yet
+  // Counts commands that were submitted and not answered yet.
+  bus::CommandRoom queued_{bus::Poller::kQueueLimit};
   // Counts routed requests that were submitted and not answered yet.
   FairPlaces routed_{bus::RouteQueue::kLimit};
   std::atomic<WallTime> stuck_since_ = WallTime{};
@@ -234,7 +233,7 @@ class LineSlot final : public bus::RouteTarget {
     return true;
   }
 
-  /// If there is a line, calls `call` soon on its loop, with the parts of the line and the time.
+  /// Calls LineRunner::Post if the slot contains a line, and does nothing otherwise.
   template <typename Call>
   void Post(Call call) const {
     With([&](LineRunner& runner) { runner.Post(std::move(call)); });

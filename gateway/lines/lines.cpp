@@ -126,7 +126,7 @@ std::vector<std::string> Lines::NotOpen(std::span<const std::uint32_t> lines) co
   for (const std::uint32_t line : lines) {
     auto done = std::make_shared<std::promise<void>>();
     tried.push_back(done->get_future());
-    // The start of a line posts the opening of its port, so after a second post the port was tried.
+    // LineRunner::Start posts the first try to open the port. The second post is behind this try.
     const LineSlot& slot = at(line);
     slot.Post([&slot, done](LineParts&, Now) {
       slot.Post([done](LineParts&, Now) { done->set_value(); });
@@ -189,8 +189,8 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
   }
 }
 
-// The functions below wait until lines have ended. Meanwhile they hold no lock of a slot, because
-// another thread that a line needs for its end may wait for the lock.
+// Stop and End below wait until lines have ended. Meanwhile they hold no lock of a LineSlot,
+// because a thread that a line needs for its end may wait for this lock.
 
 std::vector<LineRunner*> Lines::All() const {
   std::vector<LineRunner*> all;
@@ -355,7 +355,7 @@ ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line
                                 const config::Line& config) {
   ManualSettings settings;
   const bus::LineStatus status = store.ReadLine(line);
-  // A loan to a network client is not restored.
+  // A loan to a network client is not restored, because the client loses its connection.
   const bool by_hand = status.port == bus::LineStatus::Port::released && !status.lent_to_client;
   settings.released_until = by_hand ? status.released_until : status.release_asked_until;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {

@@ -1,7 +1,5 @@
 // `Lines` holds all lines of the gateway and their threads. A line that a reload ends keeps its
-// number, a new line gets the next number. `ThreadKindOf` chooses a thread, `LoopWatch` finds loops
-// that hang, `LineDispatcher` passes requests of outputs to lines, and `ManualSettings` contains
-// what a user has set by hand.
+// number, a new line gets the next number.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,22 +33,22 @@ namespace baudgate::lines {
 // several lines share.
 enum class ThreadKind : std::uint8_t { own_thread, shared_loop };
 
-/// Decides by the text of the configuration alone, because the target of a link can change while
-/// the line runs. "tcp://host:port" and "/dev/pts/7" never block; the driver of a serial port can
-/// block for half a minute.
+/// Decides by the text of `port` alone, because the target of a symbolic link can change while the
+/// line runs. "tcp://host:port" and "/dev/pts/7" never block; the driver of a serial port can block
+/// for half a minute.
 ThreadKind ThreadKindOf(std::string_view port);
 
 /// Returns how many loops are needed for lines that share loops: at least 1, at most 4, and at most
 /// `cores`, the processor cores of this machine (0: unknown).
 std::size_t SharedLoops(const std::vector<config::Line>& lines, std::size_t cores);
 
-/// Asks each loop once a second for a sign of life. If a loop of the whole gateway hangs, the
-/// gateway must be restarted; the loop of a single line affects only this line.
-/// gateway/daemon/daemon.cpp calls it. Not thread-safe, but signs of life may come from any thread.
+/// LoopWatch finds event loops that hang: once a second it posts a function to each loop, the sign.
+/// A hanging loop on which the whole gateway depends requires a restart; a loop of one line affects
+/// only this line. Lines::Look calls it. Not thread-safe, but a sign may be called on any thread.
 class LoopWatch {
  public:
-  /// A loop hangs after this many looks in a row without a sign. Looks are counted, not seconds,
-  /// because a machine that was suspended has missed no looks.
+  /// A loop counts as hanging after this many calls of Look in a row without a sign. Calls are
+  /// counted, not seconds, because no call is missed while the machine is suspended.
   static constexpr int kStuckAfter = 5;
 
   /// Posts `sign` to the loop; the loop is alive if it calls `sign`.
@@ -58,16 +56,16 @@ class LoopWatch {
   struct Change {
     std::string loop;
     std::optional<std::uint32_t> line;
-    std::optional<WallTime> stuck_since;  ///< empty: the loop runs again
+    std::optional<WallTime> stuck_since;
   };
 
   /// `line`: only this line depends on the loop; empty: the whole gateway depends on it.
   void Add(std::string name, std::optional<std::uint32_t> line, Ask ask);
   void Remove(std::uint32_t line);
-  /// Returns the loops that have begun to hang, or run again, since the last look. Asks all loops
-  /// that have answered for the next sign.
+  /// Must be called once a second. Returns the loops that have begun to hang, or run again, since
+  /// the last call. Posts a new sign to each loop that has answered.
   std::vector<Change> Look(WallTime now);
-  /// True if all loops of the whole gateway had answered at the last look.
+  /// True if all loops on which the whole gateway depends had answered at the last Look.
   bool complete() const { return complete_; }
 
  private:
@@ -89,12 +87,12 @@ class Lines {
  public:
   /// How long NotOpen waits for the first attempts of new lines to open their ports.
   static constexpr Duration kWaitForPorts = 1s;
-  /// A line that has not stopped after this time is abandoned. The time is WriteGrace::kMost
-  /// (line_port.h) for a current write, and some reserve.
+  /// A line that has not stopped after this time is abandoned: 1 s for the current write
+  /// (WriteGrace::kMost in gateway/lines/line_port.h), and 300 ms in reserve.
   static constexpr Duration kWaitForLines = 1300ms;
 
   /// `loops` is the number of threads for lines that never block, at least 1. The references must
-  /// outlive this object. Lines have the numbers of the store.
+  /// outlive this object. A line has the same number here as in `store`.
   Lines(bus::PointStore& store, const config::Catalog& catalog, std::size_t loops);
   ~Lines();
   Lines(const Lines&) = delete;
@@ -110,10 +108,10 @@ class Lines {
   void Add(std::shared_ptr<const config::Line> line,
            std::shared_ptr<transports::LoopThread> own = {});
   void Start();
-  /// Returns a text for each port of `lines` that could not be opened, and for each of their
-  /// servers that cannot listen: "line bay: no client can connect at 127.0.0.1:4001: address
-  /// already in use". The lines must have been started. Waits for the first attempts, at most
-  /// kWaitForPorts. Connections of lines over the network take longer and are not reported.
+  /// Waits until `lines`, which must have been started, have tried to open their ports, at most
+  /// kWaitForPorts. Returns a text for each local port that is not open, and for each server of
+  /// these lines that cannot listen: "line bay: no client can connect at 127.0.0.1:4001: address
+  /// already in use". Connections over the network take longer and are not reported.
   std::vector<std::string> NotOpen(std::span<const std::uint32_t> lines) const;
   /// Ends these lines and closes their ports, within about a second. A line whose driver does not
   /// return from a call is abandoned.
@@ -141,10 +139,10 @@ class Lines {
   std::optional<WallTime> stuck_since(std::uint32_t line) const;
   void OnHostClock(bool right);
 
-  /// Adds a loop of the whole gateway to the loops that Look checks. It must outlive this object.
+  /// Makes Look check `io`, on which the whole gateway depends. It must outlive this object.
   void Watch(const std::string& name, asio::io_context& io);
-  /// Logs loops that hang, or run again; must be called once a second. Returns false if a loop of
-  /// the whole gateway has not answered since the last call.
+  /// Logs loops that hang, or run again; must be called once a second. Returns false if a loop on
+  /// which the whole gateway depends has not answered since the last call.
   bool Look(WallTime now);
 
  private:
@@ -168,16 +166,16 @@ class Lines {
   SteadyVector<LineEntry> entries_;
   SteadyVector<std::uint32_t> line_of_;               // index: device; value: number of its line
   mutable LineSlot none_;                             // for unknown numbers; always empty
-  std::vector<std::unique_ptr<LineRunner>> hanging_;  // abandoned lines; their loops stay, too
+  std::vector<std::unique_ptr<LineRunner>> hanging_;  // abandoned lines, which keep their loops
   Mutex watch_mutex_;
   LoopWatch watch_ BAUDGATE_GUARDED_BY(watch_mutex_);
   Mutex clock_mutex_;
-  // Whether this machine's clock is right, as last reported to the lines.
+  // True if the clock of this machine is right, false if it is wrong; empty: not known yet.
   std::optional<bool> clock_right_ BAUDGATE_GUARDED_BY(clock_mutex_);
 };
 
-// LineDispatcher passes requests of outputs to their line: writes, loans of its port, use of a
-// device, its trace. It is the only CommandSink of all lines. Thread-safe.
+// LineDispatcher finds the line for each request of an output: a write, a loan of the port, use of
+// a device, a trace. It is the CommandSink for the writes to all lines. Thread-safe.
 class LineDispatcher final : public bus::CommandSink, public LineControl {
  public:
   /// The references must outlive this object.
@@ -204,17 +202,16 @@ class LineDispatcher final : public bus::CommandSink, public LineControl {
   const Lines& lines_;
 };
 
-// ManualSettings are what a user has set at a running line by `release`, `disable` or `enable`. A
-// reload that restarts the line sets them again: if a loan ended with the old line, two masters
-// would be on the bus. A network client, however, loses its connection with the old line, and
-// polling continues.
+// ManualSettings are what a user has set on a running line by `baudgate release`, `disable` or
+// `enable`. A reload that restarts the line sets them again: without them, the new line would open
+// a port that is still lent, and two masters would be on the bus. A loan to a network client is not
+// restored, because the client loses its connection with the old line.
 //
 //   bay-1 is lent until 12:00, its device a disabled; a reload changes the poll of a
 //   bay-1 is restarted: lent until 12:00, a disabled
-//
 struct ManualSettings {
   WallTime released_until{};             ///< the epoch: the port is not lent by hand
-  std::map<std::string, bool> in_use{};  ///< devices whose use differs from `enabled`
+  std::map<std::string, bool> in_use{};  ///< devices whose use differs from `enabled`; true: in use
 };
 
 ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line,

@@ -18,10 +18,10 @@ using serial_server::Visit;
 namespace {
 
 /// After this time a client gets the port even if the current exchange has not ended. An exchange
-/// lasts as long only if a device sends without end.
+/// lasts that long only if a device sends without end.
 constexpr Duration kLongestWait = 10s;
 constexpr Duration kShowEvery = 1s;
-/// A rest ends after this time even if the bus is never silent.
+/// After a loan, the line waits at most this long for silence on the bus (State::rests).
 constexpr Duration kLongestRest = 10s;
 /// Between two loans the line polls for this time. Otherwise a client that comes again and again
 /// would have the port without limit.
@@ -41,8 +41,6 @@ std::string BytesOf(const Visit& visit) {
 }
 
 }  // namespace
-
-// ---------------------------------------------------------------- clients
 
 void PortLoan::Want(PortUser& user, const Visit& visit, Now now) {
   std::optional<std::string> why_not = line_.WhyNot();
@@ -92,7 +90,7 @@ Duration PortLoan::TimeOf(const Visit& visit, Now now) const {
 }
 
 void PortLoan::HandOver(Now now) {
-  if (const auto why_not = line_.WhyNot()) {  // the port was closed after the client came
+  if (const auto why_not = line_.WhyNot()) {  // the port was closed while the client waited
     PortUser& user = *user_;
     Part();
     return Refuse(user, visit_.client, *why_not, now);
@@ -183,8 +181,8 @@ void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   });
 }
 
-/// Restores the settings of the port. After a loan the line then rests. A served port, which the
-/// line does not poll, is free for the next client at once.
+/// Restores the settings of the port. A line that polls then waits until the bus is silent
+/// (State::rests). A port that is only served is free for the next client at once.
 void PortLoan::Restore(Now now) {
   if (const Status set = links_.port.Reset(links_.config.serial); !set) {
     return line_.OnPortFailed(set.error(), now);
@@ -195,8 +193,6 @@ void PortLoan::Restore(Now now) {
   until_ = now.instant + kLongestRest;
   OnTimer(now);
 }
-
-// ---------------------------------------------------------------- bytes and time
 
 bool PortLoan::PassToClient(View bytes, Now now) {
   if (state_ != State::held && state_ != State::rests) return !lends();
@@ -238,8 +234,6 @@ std::optional<Instant> PortLoan::Deadline() const {
   return std::nullopt;
 }
 
-// ---------------------------------------------------------------- the status
-
 void PortLoan::ShowVisit(Now now) {
   show_at_ = now.instant + kShowEvery;
   const Visit visit = user_->visit();
@@ -271,7 +265,7 @@ void PortLoan::OnListening(const std::string& place, const std::string& trouble,
 void PortLoan::Offer(const config::PortServer& server, Duration time, Now now) {
   offered_at_ = server.Address();
   offered_until_ = now.instant + time;
-  // The client need not wait, because a user has asked for the port now.
+  // A user wants the port to be lent now, so the next client need not wait for polls.
   polls_until_ = now.instant;
   ShowService(server, now.wall + time);
 }

@@ -1,12 +1,12 @@
 // `PortLoan` lends the port of a line to a network client: it decides when the client gets the
-// port, for how long, and when the line may continue. It is a part of gateway/lines/line_runner.h;
-// clients connect at gateway/lines/serial_server/server.h.
+// port, for how long, and when the line may continue. LineParts (gateway/lines/line_runner.h)
+// contains it; clients connect at gateway/lines/serial_server/server.h.
 //
-//   free → wanted (the current exchange ends) → held → rests (until the bus is silent) → free
+//   free → wanted (the current exchange ends) → held (the client has the port)
+//        → rests (until the bus is silent) → free
 //
-// A client that asks for the port during a rest, or soon after, waits: between two loans the line
-// polls.
-//
+// A client that asks for the port during `rests`, or up to 5 s later, waits, so that the line polls
+// between two loans.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -36,7 +36,7 @@ class PortLoan final : public serial_server::PortOwner {
     virtual std::optional<std::string> WhyNot() const = 0;
     /// Stops new exchanges. Returns true if no exchange runs.
     virtual bool Quiet() = 0;
-    /// The client has the port until `until`; `text` names the client. Points are out of service.
+    /// The client `text` has the port until `until`. The points of the line are out of service.
     virtual void OnLent(const std::string& text, WallTime until, Now now) = 0;
     /// The line has its port again, with its settings, and continues.
     virtual void OnReturned(Now now) = 0;
@@ -53,7 +53,7 @@ class PortLoan final : public serial_server::PortOwner {
     transports::Transport& port;
     bus::PollerListener& news;
     LoanRecords records{};
-    /// How long the line is silent after a loan, because late replies to the client may still come.
+    /// Time that the bus must be silent after a loan, because late replies to the client may come.
     Duration rest{};
   };
   /// The references must outlive this object.
@@ -66,8 +66,8 @@ class PortLoan final : public serial_server::PortOwner {
               const std::string& why, Now now) override;
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
   void Serve(const config::PortServer& server) { ShowService(server, std::nullopt); }
-  /// Shows the server of `release --tcp` in the status, for `time`. Its first client gets the port
-  /// without waiting for polls.
+  /// Shows the server of `release --tcp` in the status, for `time`. The next client gets the port
+  /// without a wait for polls (State::waits).
   void Offer(const config::PortServer& server, Duration time, Now now);
   void Withdraw(const config::PortServer& server);
 
@@ -76,19 +76,18 @@ class PortLoan final : public serial_server::PortOwner {
   void OnRoom();
   /// Disconnects the client, because the port is closed or lent to another program.
   void OnClosed(const std::string& reason, Now now);
-  /// Like TakeBack, but only if `user` has the port or waits for it.
   void TakeBackFrom(serial_server::PortUser& user, const std::string& why, Now now) {
     if (user_ == &user) TakeBack(why, now);
   }
-  /// Disconnects the client; the line continues.
+  /// Disconnects the client that has the port or waits for it. The line polls again afterwards.
   void TakeBack(const std::string& why, Now now);
-  /// True if a client has the port, or the line is still silent after a loan.
+  /// True if a client has the port, or the line still waits for silence after a loan.
   bool has_port() const { return state_ == State::held || state_ == State::rests; }
-  /// Returns a sentence with the client that asks for the port or has it; nothing if there is no
-  /// such client.
+  /// Returns "the port is in use by 10.0.0.7:40112"; nothing if no client has the port or asks for
+  /// it.
   std::optional<std::string> InUse() const;
-  /// Must be called after every input of the line. Returns true if the line must start no exchange,
-  /// because a client asks for the port.
+  /// Hands the port to a waiting client if no exchange runs. To be called after every input of the
+  /// line. Returns true if a client waits, so that the line must start no exchange.
   bool Settle(Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
@@ -112,7 +111,7 @@ class PortLoan final : public serial_server::PortOwner {
   bus::PortService* ServiceAt(bus::LineStatus& status, const std::string& place) const;
 
   const Links links_;
-  // Number of the line in the store, which no longer lists a line that a reload has ended.
+  // Number of the line in the store, which no longer finds a line that a reload has ended.
   const std::uint32_t number_;
   Line& line_;
   State state_ = State::free;
@@ -123,7 +122,7 @@ class PortLoan final : public serial_server::PortOwner {
   Instant show_at_{};       // when the status is updated next
   std::string offered_at_;  // address of the server of `release --tcp`; empty: no server
   Instant offered_until_{};
-  Instant polls_until_{};  // until then the line polls after a loan
+  Instant polls_until_{};  // until then the line polls between two loans
   Instant heard_{};        // time of the last byte from the port, or when the client left
 };
 

@@ -1,15 +1,13 @@
 // `ConnectionProof` decides when the connection of a line has proven that it works. A local port
-// works once it is open; a server can accept a connection while another client uses its port, and
-// then send a message or close it.
+// works once it is open. A server, however, can accept a connection while another client uses its
+// port, and then send a message or close the connection.
 //
-//   bytes within 500 ms of the opening        heard: it may be a message of a server in use
+//   bytes within 500 ms of the opening        heard: may be the message of a server in use
 //   such bytes, and still open after 500 ms   proven
 //   bytes later than 500 ms                   proven at once
 //   a device has answered                     proven at once
 //   no bytes, and still open after 30 s       proven: it works, although no device answers
-//   ended before it was proven                useless: the next connection must be proven first
-//
-// `RestingConnection` handles servers that end their connections regularly.
+//   ended before it was proven                useless: the next is reported as open when proven
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,14 +31,15 @@ class ConnectionProof {
   /// `network`: the connection is TCP; else it is a local port.
   explicit ConnectionProof(bool network) : network_(network) {}
 
-  /// Notes that the connection was opened. Returns true if the opening must be reported at once.
+  /// Notes that the connection was opened. Returns true if this must be reported at once, false if
+  /// only after the proof (TakeNews).
   bool OnOpened(Instant now) {
     told_ = state_ != State::useless;
     state_ = network_ ? State::fresh : State::proven;
     GoOn(now);
     return told_;
   }
-  /// Restarts the times: at the opening, and when a loan has ended over the same connection.
+  /// Restarts the times: at the opening, and when a loan over the same connection has ended.
   void GoOn(Instant now) {
     opened_ = now;
     if (network_) check_at_ = now + kGreeting;
@@ -75,7 +74,7 @@ class ConnectionProof {
   }
   void Pause() { check_at_.reset(); }
 
-  /// Returns true once for each connection whose proof must be reported.
+  /// Returns true once if the opening was not reported at once (OnOpened) and must be reported now.
   bool TakeNews() { return !std::exchange(told_, true); }
   const std::optional<Instant>& check_at() const { return check_at_; }
 
@@ -96,7 +95,7 @@ class ConnectionProof {
 // opens it again.
 //
 // clang-format off
-// answered, ended while no request is open      rests; the next request opens it
+//   answered, ended while no request is open      rests: the next request opens it again
 //   answered once, or soon after its opening,     rests, and each of the next 32 requests gets a
 //   ended with a request open                     separate connection, because the server would
 //                                                 end the next request, too. Then one connection
@@ -108,20 +107,20 @@ class ConnectionProof {
 //   open, on a line with several devices          close when they do not know a device, and the
 //                                                 other devices are asked next
 //   ended before any answer, at the request       rests, at most four times in a row: the server
-//   that ended the previous connection            closes at this request, and serves others
+//   that ended the previous connection            closes at this request only
 //   ended before any answer otherwise             an outage
 //   ended although it is wanted all the time      an outage
 // clang-format on
 //
 class RestingConnection {
  public:
-  /// `wanted`: the connection is wanted all the time, because a device sends unasked.
+  /// `wanted`: the connection is wanted all the time, because a device sends without a request.
   /// `transaction`: the number of bytes at the front of a request that differ each time.
   explicit RestingConnection(bool wanted, std::size_t transaction = 0)
       : wanted_(wanted), transaction_(transaction) {}
 
   /// Notes that a connection was opened; `answers` counts the answers on the line so far. Returns
-  /// true if it continues a connection that rested.
+  /// true if the previous connection rested: for the line, the new connection continues it.
   bool OnOpened(std::uint64_t answers, Instant now) {
     opened_ = now;
     if (answers > answers_before_) in_vain_ = 0;
@@ -163,11 +162,11 @@ class RestingConnection {
     if (asks_) return its > 1 && !IsSameEnd();
     return (its > 1 || since >= kBehindAnswer) && its > 0 && since < survived_;
   }
-  /// True if an answer came over this connection.
   bool HasWorked(std::uint64_t answers) const { return answers > answers_before_; }
   void NoteBytes(Instant now) {
     OnUsed(now);
-    // The request is answered, so the earlier end had another cause.
+    // The previous connection ended at this request, which is answered now: the end had another
+    // cause.
     if (asks_ && IsSameEnd()) ended_by_.clear();
     asks_ = false;
     unanswered_ = 0;
@@ -216,8 +215,8 @@ class RestingConnection {
            std::ranges::equal(View(request_).subspan(transaction_),
                               View(ended_by_).subspan(std::min(transaction_, ended_by_.size())));
   }
-  /// True soon after the opening, when a server that ends connections after their first answer may
-  /// have answered more than once.
+  /// True within 150 ms of the opening. A server that ends each connection after its first answer
+  /// may have answered more than once by then.
   bool IsSoon(Instant now) const { return now - opened_ < kSoon; }
   void OnUsed(Instant now) {
     if (is_used_) survived_ = std::max(survived_, now - used_);
@@ -225,7 +224,8 @@ class RestingConnection {
   }
 
   static constexpr int kMostInVain = 4;
-  static constexpr int kFewestAlone = 32;  // one lost request in 32 does not matter to a device
+  // The fewest requests with a separate connection each. One lost request in 32 does no harm.
+  static constexpr int kFewestAlone = 32;
   static constexpr int kMostAlone = 1024;
   static constexpr Duration kBehindAnswer = 100ms;
   static constexpr Duration kSoon = 150ms;
@@ -243,9 +243,9 @@ class RestingConnection {
   int alone_ = 0;  // how many further requests get a separate connection
   int next_alone_ = kFewestAlone;
   bool is_used_ = false;  // a request was sent over this connection
-  bool asks_ = false;     // a request was sent, and no byte has come since
-  int unanswered_ = 0;    // requests over this connection since the last byte
-  int in_vain_ = 0;       // connections in a row that ended before any answer
+  bool asks_ = false;
+  int unanswered_ = 0;  // requests over this connection since the last byte
+  int in_vain_ = 0;     // connections in a row that ended before any answer
   Bytes held_;
   bool is_unsent_ = false;
 };

@@ -30,7 +30,7 @@ void TelegramQueue::Submit(bus::WriteCommand command, const std::optional<std::s
 }
 
 /// Returns why a waiting telegram can no longer be sent: its client has left, or its deadline has
-/// passed, for example because other bytes kept the line busy or the program was suspended.
+/// passed, for example because another exchange kept the line busy or the program was suspended.
 const char* TelegramQueue::WhyNotSend(const bus::WriteCommand& command, Now now) {
   if (command.client_left()) return bus::kClientLeft;
   return command.deadline <= now.instant ? bus::kTooLate : nullptr;

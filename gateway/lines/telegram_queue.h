@@ -1,6 +1,4 @@
-// `TelegramQueue` holds telegrams that users send by hand (`baudgate ask`) until they can be sent.
-// The poller finishes its job and pauses, the telegram uses the line alone, and the poller
-// continues.
+// `TelegramQueue` holds telegrams that users send by hand (`baudgate ask`) until they can be sent:
 //
 //   current poll → its end → the telegram and its reply → silence → the next poll
 //

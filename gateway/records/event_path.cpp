@@ -19,10 +19,10 @@ namespace {
 using events::OwnAlarms;
 using events::Trouble;
 
-/// Two requests without a reply count as silence if the second comes at least this long after the
-/// first.
+/// Two requests to a unit without a reply raise its alarm if the second comes at least this long
+/// after the first.
 constexpr Duration kLongSilence = 30s;
-/// A unit that no client has addressed for this time is forgotten.
+/// AlarmService forgets a unit that no client has addressed for this time.
 constexpr Duration kForgotten = 1h;
 
 /// Returns the reason for the text of an alarm; empty for "no reply", because the alarm's name
@@ -31,7 +31,7 @@ std::string WhyOf(const std::string& reason) {
   return reason == Name(Outcome::no_reply) ? std::string() : reason;
 }
 
-/// True if a gateway at the other end of the route answers that the slave does not reply.
+/// True if the gateway at the remote end of a route answers that its slave does not reply.
 bool IsNoTarget(const bus::RoutedReply& reply) {
   return reply.outcome == Outcome::refused && reply.pdu.size() == 2 &&
          (reply.pdu[1] == modbus::kNoPath || reply.pdu[1] == modbus::kNoTarget);
@@ -62,8 +62,8 @@ void AlarmService::OnUnused(const std::string& line, const std::string& device, 
   TellAll(alarms_.SetInUse({line, device}, false, now));
 }
 
-/// A request that was not sent gives no information about the slave. A line that is down raises an
-/// alarm of the line, so no alarm of the unit is needed.
+/// A request that was not sent says nothing about the slave. If a line is down, the line itself has
+/// an alarm, so its units need none.
 void AlarmService::OnRouted(const RoutedEnd& end, Now now) {
   const config::Route& route = end.route;
   const OwnAlarms::Subject unit{route.line, events::UnitName(end.unit)};

@@ -1,7 +1,6 @@
 // `EventPath` carries events from the lines to the file, reports to the lines which events are
 // stored, and requests the reads of the records that events announce. The gateway's own events and
-// alarms enter here as well. `EventsPlace` is the place of events.db, `KindOf` decides how news is
-// recorded, and `AlarmService` raises the gateway's own alarms.
+// alarms enter here as well. `EventsPlace` is the place of events.db.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -36,13 +35,13 @@ namespace baudgate::records {
 struct EventsPlace {
   std::filesystem::path file;  ///< empty: there is no place for the file
   std::string why_no_file{};
-  /// True: only the gateway's own alarms exist, and they end with the gateway.
+  /// True: there is no events.db; the gateway's own alarms exist in memory until the gateway ends.
   bool in_memory = false;
   std::set<std::string> consumers{};
   std::shared_ptr<EventsWriter> writer = std::make_shared<EventsWriter>();
 };
 
-// How a line's news is recorded: the code of the event, and the kind of the alarm.
+// NewsKind tells how a line's news is recorded: the code of the event, and the kind of the alarm.
 // gateway/records/events/own_records.cpp contains the texts of events, and
 // gateway/records/events/own_alarms.cpp the names of alarms.
 struct NewsKind {
@@ -50,7 +49,7 @@ struct NewsKind {
   std::optional<events::Trouble> trouble{};  ///< empty: the news is not an alarm
 };
 
-/// The only table from News to NewsKind. The compiler reports a News::What without a case.
+/// Returns how a line's news is recorded. The compiler reports a News::What without a case.
 constexpr NewsKind KindOf(bus::News::What what) {
   using events::OwnCode;
   using events::Trouble;
@@ -140,23 +139,24 @@ class AlarmService {
 class EventPath final : public bus::EventSink {
  public:
   /// Called with EventBatch::said of a device's last batch on the disk (see
-  /// Conversation::OnEventsKept). `reported`: true for a batch of OnReported, false for a batch
-  /// that was stored before. Called on the writing thread, or within Start or Begun.
+  /// Conversation::OnEventsKept); empty: there is no batch. `reported`: true for a batch of
+  /// OnReported, false for a batch that was stored before the start. Called on the writing thread,
+  /// or within Start or Begun.
   using Kept = std::function<void(std::uint32_t device, std::string said, bool reported)>;
   /// All references must outlive this object. `commands` receives the read requests for records
   /// that events announce.
   EventPath(const config::Config& config, const bus::PointStore& store, const EventsPlace& place,
             bus::CommandSink& commands, Kept kept);
 
-  /// From now on calls `kept` for each device whose events are on the disk from before the start,
-  /// as soon as the file is open.
+  /// Starts the reads of records. As soon as the file is open, calls `kept` for each device that
+  /// reports events.
   void Start();
   /// The first step of a reload, before new lines start; Begun is the second. `config` contains all
   /// lines of the point store; `begun` are the new lines, which are the last lines in the store.
   void Renumber(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
   /// The second step of a reload, when the lines of these devices have started: calls `kept` for
-  /// each device with events on the disk, and requests the records that their events announce.
+  /// each of the devices that reports events, and requests the records that their events announce.
   void Begun(std::uint32_t first_device, std::size_t devices);
   void OnReload(bool taken_back, const std::string& text);
   void OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at);
@@ -175,8 +175,8 @@ class EventPath final : public bus::EventSink {
   void OnRouted(const RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
   void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }
-  /// The events that are on the disk, for outputs. An output is allowed to hold the feed longer
-  /// than this object exists.
+  /// Returns the events on the disk, for outputs. An output may hold the feed longer than this
+  /// object exists.
   std::shared_ptr<events::EventFeed> feed() const { return feed_; }
   std::shared_ptr<events::CursorBook> cursors() const { return cursors_; }
 
@@ -184,8 +184,8 @@ class EventPath final : public bus::EventSink {
   struct DeviceEntry {
     DeviceEntry(std::weak_ptr<const config::Line> its_line, std::size_t its_place)
         : line(std::move(its_line)), place(its_place) {}
-    /// The line as it began; valid while the line can report about the device. After a reload, a
-    /// removed line can still report under its old device numbers.
+    /// The line as it began; expired if the line has ended. After a reload, a removed line can
+    /// still report for a moment under its old device numbers.
     const std::weak_ptr<const config::Line> line;
     const std::size_t place;
     Mutex mutex{};
@@ -210,14 +210,14 @@ class EventPath final : public bus::EventSink {
   const bool tells_own_;
   const bool in_memory_;
   const Kept kept_;
-  SteadyVector<DeviceEntry> entries_;  // by device
+  SteadyVector<DeviceEntry> entries_;  // index: number of the device
   std::map<events::SourceName, std::uint32_t> present_;
   Mutex facts_mutex_;
   events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);
   const std::shared_ptr<events::EventFeed> feed_;
   const std::shared_ptr<events::CursorBook> cursors_;
   events::RecordService records_;
-  events::EventLog log_;  // its thread calls records_
+  events::EventLog log_;  // the thread of log_ calls records_
   AlarmService alarms_;
 };
 

@@ -1,7 +1,6 @@
 // `Records` owns what the gateway stores on the disk: the state folder, the memory of
 // conversations, the audit of writes, events, and the history of values, each if the configuration
-// asks for it. It is made before the lines and ends after them. `FileTroubles` lists files that
-// cannot be written, and `WritePath` carries recorded writes.
+// asks for it. It is made before the lines and ends after them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -51,8 +50,8 @@ class FileTroubles {
   const std::shared_ptr<Held> held_ = std::make_shared<Held>();
 };
 
-// `WritePath` carries a recorded write from an output to its line: it contains the audit log, and
-// the sink in front of the lines.
+// `WritePath` carries a recorded write from an output to its line: it contains the AuditLog, and
+// the AuditedWrites in front of the lines.
 class WritePath {
  public:
   /// Called once, on any thread, with the devices that have writes of unknown result: see

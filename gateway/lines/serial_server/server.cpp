@@ -16,7 +16,7 @@
 namespace baudgate::serial_server {
 namespace {
 
-/// A large size, so that a session with a fast port needs fewer calls.
+/// The most bytes of one read: many, so that a fast client causes fewer calls.
 constexpr std::size_t kReadAtMost = 16 * 1024;
 
 std::string HowOf(const std::error_code& error) {
@@ -57,10 +57,10 @@ using asio::ip::tcp;
 /// The pause before the next accept after an error. Without it, the loop would spin while file
 /// descriptors or memory are used up.
 constexpr Duration kAcceptPause = 100ms;
-/// The most bytes that are stored for a client that waits for its turn.
+/// A waiting client that has sent this many bytes is no longer read until it has the port.
 constexpr std::size_t kMostEarly = 4096;
 
-/// Returns the address of a client. A listener for IPv6 shows an IPv4 client as "::ffff:10.0.0.7".
+/// Returns the address of a client; for an IPv4 client "::ffff:10.0.0.7" returns "10.0.0.7".
 asio::ip::address AddressOf(const tcp::endpoint& peer) {
   const asio::ip::address address = peer.address();
   if (!address.is_v6() || !address.to_v6().is_v4_mapped()) return address;
@@ -89,8 +89,6 @@ Server::Server(asio::io_context& io, config::PortServer config, Use use, std::st
       retry_(io),
       timer_(io) {}
 
-// ---------------------------------------------------------------- connections
-
 void Server::Start() {
   running_ = std::make_shared<char>();
   Look();
@@ -101,7 +99,7 @@ void Server::Look() {
   const Status listens = was_open ? transports::HasAddressOf(acceptor_) : Listen();
   const std::string trouble = listens ? std::string() : listens.error();
   if (trouble != told_) {
-    // By hand, no retries are announced: the user who typed the command gets the error, and the
+    // The log announces no retries of `release --tcp`, because the user gets the error and the
     // server is stopped.
     const bool is_told = use_ == Use::by_hand;
     if (!trouble.empty()) {
@@ -112,7 +110,7 @@ void Server::Look() {
                 Name(config_.mode));
     }
   }
-  // A reload may have removed the trouble from the status, so a lasting trouble is reported again.
+  // A lasting trouble is reported each second, because a reload may remove it from the status.
   if (std::exchange(told_, trouble) != trouble || !trouble.empty()) {
     owner_.OnListening(config_.Address(), trouble, ReadClocks());
   }
@@ -161,7 +159,6 @@ void Server::Accept() {
   });
 }
 
-/// Returns why the client must be refused; nothing if it is allowed to connect.
 std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
   const config::Network reach = config::ReachOf(AddressOf(peer).to_string());
   const bool allowed =
@@ -212,7 +209,7 @@ void Server::Welcome(tcp::socket socket) {
   const tcp::endpoint peer = socket.remote_endpoint(gone);
   if (gone) return;
   const Now now = ReadClocks();
-  // The departure of one client and the arrival of the next may be reported in either order.
+  // The arrival of a client may be reported before the departure of the client that had the port.
   if (holder_ != nullptr && holder_->socket->HasLeft()) OnEnd(*holder_, false, {});
   if (const auto why = WhyNot(peer)) {
     log::WarnFolded(line_ + " refused " + AddressOf(peer).to_string(),
@@ -269,7 +266,7 @@ void Server::OnBytes(Client& client, View bytes) {
 void Server::OnEnd(Client& client, bool failed, const std::string& how) {
   const Now now = ReadClocks();
   if (!failed && !client.session && !client.early.empty()) {
-    client.has_ended = true;  // the bytes that it has sent are delivered anyway
+    client.has_ended = true;  // `early` is still sent to the port later
     return;
   }
   if (failed || !client.session) return Leave(client, failed ? how : "it disconnected", now);
@@ -277,9 +274,7 @@ void Server::OnEnd(Client& client, bool failed, const std::string& how) {
   Settle(client, now);
 }
 
-// ---------------------------------------------------------------- the port
-
-/// Asks the owner for the port. The owner can grant or refuse it within this call.
+/// Asks the owner for the port. The owner may call Grant or TakeBack before this call returns.
 void Server::Want(Client& client, Now now) {
   holder_ = &client;
   if (!client.session) BeginSession(client, now);
@@ -347,8 +342,6 @@ void Server::AdmitNext(Now now) {
       std::ranges::find_if(clients_, [this](const Client& one) { return !IsSilent(one); });
   Want(sends == clients_.end() ? clients_.front() : *sends, now);
 }
-
-// ---------------------------------------------------------------- time
 
 /// Moves the timer only to an earlier deadline, because a timer that ends too early costs less than
 /// setting it at every byte.

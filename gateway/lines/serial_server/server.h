@@ -1,9 +1,10 @@
 // `Server` accepts network clients for the port of one line and decides which of them has the port.
 // All calls must come from the loop of the line.
 //
-//   served   a client gets the port as soon as it connects; further clients are refused, or wait
-//   lent     several clients can be connected; the first that sends something gets the port. The
-//            others stay connected while they are silent and no new client needs their place
+//   served   the line does not poll. A client gets the port as soon as it connects; further clients
+//            are refused, or wait
+//   lent     the line polls. Several clients can be connected; the first that sends something gets
+//            the port. Silent clients stay connected, unless a new client needs their place
 //
 // `ClientSocket` is the TCP connection of one client.
 // SPDX-License-Identifier: Apache-2.0
@@ -75,10 +76,10 @@ class Server final : public PortUser {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Listens at the configured address; if this fails, tries again once a second until Stop. Also
-  /// reports when the address has left the machine, and when it is back.
+  /// Listens at the configured address; if this fails, tries again once a second until Stop.
+  /// Reports also when this machine loses the address, and when it has the address again.
   void Start();
-  /// Stops listening and disconnects all clients. The owner of the port is not called.
+  /// Stops listening and disconnects all clients, without a call of PortOwner::Return.
   void Stop();
 
   void Grant(transports::Transport& port, const config::SerialSettings& serial, Now now) override;

@@ -8,7 +8,7 @@ namespace {
 
 using config::Parity;
 
-// Numbers of a client's commands (RFC 2217); the number of the answer is higher by 100.
+// Numbers of a client's commands (RFC 2217). The answer has the number of the command plus kAnswer.
 constexpr std::uint8_t kSignature = 0;
 constexpr std::uint8_t kSetBaud = 1;
 constexpr std::uint8_t kSetData = 2;
@@ -24,12 +24,14 @@ constexpr std::uint8_t kModemMask = 11;
 constexpr std::uint8_t kPurge = 12;
 constexpr std::uint8_t kAnswer = 100;
 
-// Values of SET-CONTROL. The first value of each kind asks for the state, the values behind it set
-// the state.
+// Values of SET-CONTROL (RFC 2217). A kAsk… value asks for a state, and the next higher values set
+// it, for example 8 sets DTR on. Values kDcdFlow to kDsrFlow are not supported.
 constexpr std::uint8_t kAskFlow = 0, kAskBreak = 4, kAskDtr = 7, kAskRts = 10, kAskInbound = 13;
 constexpr std::uint8_t kDcdFlow = 17, kDsrFlow = 19;
 
-// Bits of the modem state; the bit for a change of each line is four bits lower.
+// The first line contains bits of the modem state, the other lines bits of the line state (RFC
+// 2217). In the modem state, the bit for a change of a signal is four bits below the bit for its
+// level.
 constexpr std::uint8_t kCts = 0x10, kDsr = 0x20, kRing = 0x40, kDcd = 0x80;
 constexpr std::uint8_t kOverrun = 0x02, kParityError = 0x04, kFramingError = 0x08, kBreak = 0x10;
 constexpr std::uint8_t kHoldingEmpty = 0x20, kShiftEmpty = 0x40;
@@ -94,7 +96,7 @@ Bytes ComPort::SetOne(std::uint8_t command, std::uint8_t value) {
       Try(wanted);
       return Answer(command, ParityCode());
     case kSetStop:
-      // A UART has one setting for two stop bits and, with five data bits, for one and a half.
+      // Value 3 is 1.5 stop bits: with five data bits, a UART makes them by its setting for two.
       if (value == 1 || value == 2 || (value == 3 && wanted.data_bits == 5)) {
         wanted.stop_bits = value == 1 ? 1 : 2;
       }
@@ -115,13 +117,11 @@ Bytes ComPort::SetOne(std::uint8_t command, std::uint8_t value) {
   }
 }
 
-// ---------------------------------------------------------------- settings
-
 Bytes ComPort::SetBaud(View value) {
   const auto baud = ByteReader(value).U32Be(0);
   if (!baud) return {};
   config::SerialSettings wanted = serial_;
-  // No port is faster; the driver refuses rates that it cannot set.
+  // No port is as fast, so higher rates are ignored. The driver refuses rates that it cannot set.
   constexpr std::uint32_t kMost = 100'000'000;
   if (*baud > 0 && *baud < kMost) wanted.baud = static_cast<int>(*baud);
   Try(wanted);
@@ -157,10 +157,8 @@ std::uint8_t ComPort::StopCode() const {
   return serial_.data_bits == 5 ? 3 : 2;
 }
 
-// ---------------------------------------------------------------- flow and lines
-
-/// Handles a SET-CONTROL value for flow control. The value `ask` asks for the state; the values
-/// behind it are none, XON/XOFF and hardware. A port has one flow control for both directions.
+/// Handles a SET-CONTROL value for flow control: `ask` asks for the state, `ask` + 1 sets none, + 2
+/// XON/XOFF, + 3 hardware. A port has one flow control for both directions.
 std::uint8_t ComPort::Flow(std::uint8_t ask, std::uint8_t value) {
   if (value != ask) {
     config::SerialSettings wanted = serial_;
@@ -171,8 +169,7 @@ std::uint8_t ComPort::Flow(std::uint8_t ask, std::uint8_t value) {
   return static_cast<std::uint8_t>(ask + (serial_.rtscts ? 3 : serial_.xonxoff ? 2 : 1));
 }
 
-/// Handles a SET-CONTROL value for a signal. The value `ask` asks for the state; the values behind
-/// it are on and off.
+/// Handles a SET-CONTROL value for a signal: `ask` asks for the state, `ask` + 1 sets on, + 2 off.
 std::uint8_t ComPort::Switch(transports::PortSwitch which, bool& state, std::uint8_t ask,
                              std::uint8_t value) {
   const bool on = value == ask + 1;
@@ -197,7 +194,8 @@ Bytes ComPort::SetControl(std::uint8_t value) {
   } else if (value < kDcdFlow) {
     answer = Flow(kAskInbound, value);
   } else if (value <= kDsrFlow) {
-    answer = Flow(kAskFlow, kAskFlow);  // not supported: the answer is the current flow control
+    // Flow control by DCD, DTR or DSR is not supported: the answer is the current flow control.
+    answer = Flow(kAskFlow, kAskFlow);
   } else {
     return {};
   }
@@ -209,8 +207,6 @@ Bytes ComPort::Purge(std::uint8_t what) {
   port_.Purge((what & 1) != 0, (what & 2) != 0);
   return Answer(kPurge, what);
 }
-
-// ---------------------------------------------------------------- states
 
 Bytes ComPort::NotifyModem(std::uint8_t state) const { return Answer(kNotifyModem, state); }
 
@@ -261,8 +257,6 @@ Session::Session(Visit visit, Duration idle, std::string signature, Connection& 
   if (is_telnet()) connection_.Send(telnet_.Begin());
 }
 
-// ---------------------------------------------------------------- from the client
-
 void Session::OnClient(View bytes, Now now) {
   heard_ = now.instant;
   if (is_telnet()) {
@@ -298,7 +292,7 @@ void Session::Take(Kind kind, View bytes, Now now) {
   }
 }
 
-/// Handles the client's waiting data and commands up to the next break.
+/// Handles what the client has sent during a break or before Begin, up to the next break.
 void Session::TakeWaiting(Now now) {
   while (!waiting_.empty() && !break_at_) {
     const Waiting one = std::move(waiting_.front());
@@ -326,8 +320,6 @@ void Session::OnClientEnd(Now now) {
   drain_.Begin(now.instant);
   OnTimer(now);
 }
-
-// ---------------------------------------------------------------- the port
 
 void Session::Begin(transports::Transport& port, const config::SerialSettings& serial, Now now) {
   port_ = &port;
@@ -363,7 +355,7 @@ void Session::End() {
   breaks_ = false;
 }
 
-/// Reads from the client and from the port only while the other side takes the resulting bytes.
+/// Stops reading from the client while the port takes no bytes, from both if the client takes none.
 void Session::Regulate() {
   const bool answers_wait = connection_.unsent() > kMostForClient;
   const bool pause_client =
@@ -373,8 +365,6 @@ void Session::Regulate() {
   const bool pause_port = answers_wait || (com_ && com_->suspended());
   if (port_paused_ != pause_port) port_->Pause(port_paused_ = pause_port);
 }
-
-// ---------------------------------------------------------------- time
 
 void Session::OnTimer(Now now) {
   if (HasCome(break_at_, now.instant)) {

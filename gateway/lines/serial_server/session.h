@@ -1,12 +1,8 @@
 // `Session` is one client of a port on one connection: it passes bytes from the client to the port
-// and back, each way no faster than the receiver takes them. It does no I/O itself: bytes and time
-// are arguments, the port is a transport, and the connection belongs to server.cpp.
+// and back, each way no faster than the receiver takes them. It has no socket and no clock:
+// gateway/lines/serial_server/server.cpp provides these.
 //
 //   connected → (asks for the port with its first byte or command) → has the port → over
-//
-// `ComPort` handles the commands of a client by RFC 2217. `PortOwner` and `PortUser` are the
-// interfaces between a server and the line, and `PortDrain` waits until the last bytes of a client
-// are sent.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,9 +20,8 @@
 
 namespace baudgate::serial_server {
 
-// Handles the commands of a client by RFC 2217 (COM-PORT-OPTION): settings, control lines, modem
-// and line states, purging, suspension. The port is a transport; sockets belong to server.cpp,
-// times to session.cpp.
+// ComPort handles the commands of a client by RFC 2217 (COM-PORT-OPTION): settings, control lines,
+// modem and line states, purging, suspension. It has no socket and no clock.
 //
 //   01 00 00 25 80     SET-BAUDRATE 9600      answered by 65 00 00 25 80: the rate of the port now
 //   01 00 00 00 00     a question for the rate, answered in the same way
@@ -76,18 +71,18 @@ class ComPort {
   bool greeted_ = false;  // the modem state was sent once
   std::uint8_t modem_mask_ = 0xFF;
   std::uint8_t line_mask_ = 0;
-  std::uint8_t modem_ = 0;  // the modem state that was sent last
+  std::uint8_t modem_ = 0;  // the levels at the last call of ModemState
   transports::PortCounters counters_;
 };
 
-// PortUser and PortOwner are the interfaces between a server of a port and the line that owns the
-// port. All functions must be called on the loop of the line. gateway/lines implements the line,
-// server.h the server.
+// PortUser and PortOwner are the interfaces between a server of a port (serial_server::Server) and
+// the line that owns the port (lines::PortLoan). All functions must be called on the loop of the
+// line.
 //
-//   the client's first byte   Want       from the server to the line
-//   the reply of the line     Grant, or TakeBack
-//   the client leaves         Return     from the server to the line
-//   the time is over          TakeBack   from the line to the server
+//   the client's first byte       Want       from the server to the line
+//   the reply of the line         Grant, or TakeBack
+//   the client leaves             Return     from the server to the line
+//   the time of the loan is over  TakeBack   from the line to the server
 
 struct Visit {
   std::string client{};  ///< "10.0.0.7:40112"
@@ -104,7 +99,7 @@ class PortUser {
   /// Gives the port to the server until Return or TakeBack.
   virtual void Grant(transports::Transport& port, const config::SerialSettings& serial,
                      Now now) = 0;
-  /// Disconnects the client. The server does not call Return for it.
+  /// Disconnects the client. The server must not call Return for it.
   virtual void TakeBack(Now now) = 0;
   virtual void OnPort(View bytes, Now now) = 0;
   virtual void OnPortRoom() = 0;
@@ -121,7 +116,7 @@ class PortOwner {
   /// Asks for the port. The reply is one call of Grant or TakeBack, within this call or later,
   /// unless Return comes first.
   virtual void Want(PortUser& user, const Visit& visit, Now now) = 0;
-  /// Gives the port back. `why`: the client has left, or must leave.
+  /// Gives the port back. `why` is a text for users: why the client leaves.
   virtual void Return(PortUser& user, const Visit& visit, const std::string& why, Now now) = 0;
   /// Reports that clients can connect at `place`, or, in `trouble`, why they cannot. The server
   /// retries.
@@ -140,7 +135,7 @@ class PortDrain {
 
   void Begin(Instant now) { since_ = look_at_ = now; }
   bool has_begun() const { return since_.has_value(); }
-  /// Returns when to call Look; nothing while the client still sends.
+  /// Returns when to call Look; nothing before Begin.
   std::optional<Instant> Deadline() const { return look_at_; }
 
   /// Must be called at Deadline(). `is_drained`: the port has sent all bytes. Returns why the
@@ -172,25 +167,26 @@ class Session {
     ~Connection() = default;
   };
 
-  /// If more bytes than this wait for one side, the session stops reading from the other side.
+  /// While more than kMostForPort bytes wait for the port, the session reads nothing from the
+  /// client. While more than kMostForClient wait for the client, it reads nothing from either side.
   static constexpr std::size_t kMostForPort = 16 * 1024;
   static constexpr std::size_t kMostForClient = 32 * 1024;
   static constexpr Duration kLookEvery = 100ms;  ///< interval for reading the control lines
-  /// The length of a break that a client requests by IAC BRK; other programs use the same length.
-  /// The break begins when all earlier bytes have left the port, or after kMostBeforeBreak if the
-  /// device holds them back.
+  /// kBreakLasts is the length of a break that a client requests by IAC BRK. The break begins when
+  /// all earlier bytes have left the port, or after kMostBeforeBreak if the device holds them back.
+  /// kLookBeforeBreak is the interval between checks whether the bytes have left.
   static constexpr Duration kBreakLasts = 300ms;
   static constexpr Duration kMostBeforeBreak = 1s;
   static constexpr Duration kLookBeforeBreak = 10ms;
 
-  /// `visit` counts from the connection, until Begin restarts it. The connection must outlive the
-  /// session.
+  /// `visit.began` is the time of the connection; Begin replaces it. The connection must outlive
+  /// the session.
   Session(Visit visit, Duration idle, std::string signature, Connection& connection);
 
-  /// Handles bytes of the client. Before the client has the port, the caller must pass the bytes of
-  /// one read only.
+  /// Handles bytes of the client. Before Begin, the session stores them, and the caller must pass
+  /// the bytes of one read only.
   void OnClient(View bytes, Now now);
-  /// Called when the client sends no more: it leaves when the port has sent all its bytes.
+  /// Called when the client sends no more. over() follows when PortDrain ends.
   void OnClientEnd(Now now);
   void OnClientRoom() { Regulate(); }
 
@@ -208,7 +204,7 @@ class Session {
   /// Returns why the client must be disconnected; nothing if it can stay.
   const std::optional<std::string>& over() const { return over_; }
 
-  /// Returns the visit; its start is Begin, or the connection if Begin was not called yet.
+  /// Returns the visit. `began` is the time of Begin, or of the connection before Begin.
   const Visit& visit() const { return visit_; }
 
  private:
@@ -233,7 +229,7 @@ class Session {
   std::optional<ComPort> com_;
   std::deque<Waiting> waiting_;
   Instant break_asked_{};
-  // When the break begins or ends, or the port is checked for a pending break. Empty: no break.
+  // When the break ends, or when to check whether a requested break can begin. Empty: no break.
   std::optional<Instant> break_at_;
   bool breaks_ = false;
   bool asks_ = false;

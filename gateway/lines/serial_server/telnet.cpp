@@ -14,8 +14,6 @@ constexpr std::uint8_t kDataIac[] = {kIac};
 
 }  // namespace
 
-// ---------------------------------------------------------------- from the client
-
 std::optional<TelnetItem> TelnetDecoder::Next(View& input) {
   while (!input.empty()) {
     if (state_ == State::data && input.front() != kIac) {
@@ -83,7 +81,7 @@ std::optional<TelnetItem> TelnetDecoder::OnCommand(std::uint8_t byte) {
     verb_ = byte;
     state_ = State::negotiation;
   }
-  return std::nullopt;  // other commands, such as NOP, are for terminals
+  return std::nullopt;  // other commands, such as NOP, need no action
 }
 
 std::optional<TelnetItem> TelnetDecoder::OnInside(std::uint8_t byte) {
@@ -104,8 +102,6 @@ std::optional<TelnetItem> TelnetDecoder::OnInside(std::uint8_t byte) {
   if (!too_long_) inside_.push_back(byte);
   return std::nullopt;
 }
-
-// ---------------------------------------------------------------- options
 
 Bytes TelnetOptions::Begin() {
   Bytes offers;
@@ -147,8 +143,6 @@ bool TelnetOptions::theirs(std::uint8_t option) const {
   return known != theirs_.end() && known->second == State::yes;
 }
 
-// ---------------------------------------------------------------- to the client
-
 void AppendEscaped(Bytes& out, View data) {
   while (!data.empty()) {
     const auto iac = std::find(data.begin(), data.end(), kIac);
@@ -174,7 +168,7 @@ std::optional<TelnetStream::Part> TelnetStream::Next(View& input, Bytes& answers
         return Part{.bytes = item->bytes};
       case TelnetItem::What::negotiation:
         Append(answers, options_.On(item->verb, item->option));
-        // A client that sends bytes, not lines of text, has agreed to one of these options.
+        // A client that agrees to one of these options sends bytes, not lines of text.
         if (options_.theirs(telnet::kBinary) || options_.theirs(telnet::kComPort)) {
           decoder_.SetBinary();
         }

@@ -4,8 +4,6 @@
 //
 //   61 FF FF FF FD 2C FF FA 2C 01 41 FF F0
 //   → data 61 · data FF · DO 2C · subnegotiation 2C: 01 41
-//
-// `TelnetStream` uses it to turn the bytes of a client into data and commands for the port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,9 +35,9 @@ inline constexpr std::uint8_t kComPort = 44;  // RFC 2217
 struct TelnetItem {
   enum class What : std::uint8_t { data, negotiation, subnegotiation, break_key };
   What what = What::data;
-  std::uint8_t verb = 0;    ///< verb of a negotiation: kWill … kDont
-  std::uint8_t option = 0;  ///< option of a negotiation or subnegotiation
-  View bytes{};             ///< the data, or the bytes behind the option; valid until the next call
+  std::uint8_t verb = 0;  ///< verb of a negotiation: kWill … kDont
+  std::uint8_t option = 0;
+  View bytes{};  ///< data, or the content of a subnegotiation; valid until the next call
 };
 
 class TelnetDecoder {

@@ -46,8 +46,8 @@ std::int64_t Beyond(const std::vector<Share>& shares, std::int64_t level) {
       [level](std::int64_t sum, const Share& one) { return sum + one.Beyond(level); });
 }
 
-/// Returns the smallest number of records per point such that the records beyond it, of all points
-/// together, are at most `rows`.
+/// Returns the smallest level such that deleting the records of each point above this level deletes
+/// at most `rows` records of all points together.
 std::int64_t LevelFor(const std::vector<Share>& shares, std::int64_t rows) {
   std::int64_t low = 0;
   std::int64_t high = 0;
@@ -168,9 +168,9 @@ bool WriteTable::MakeRoom() {
   return true;
 }
 
-/// Deletes `rows` records of a kind. LevelFor gives the level: all points with more records than
-/// this level lose their oldest records down to it. The remainder is less than one record per
-/// point; some points lose one more record.
+/// Deletes `rows` records of a kind: each point with more records than the level of LevelFor loses
+/// its oldest records down to this level. If these are fewer than `rows`, some points lose one more
+/// record.
 bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
   const std::string_view name = Name(static_cast<Kind>(kind));
   std::vector<Share> shares;

@@ -1,7 +1,6 @@
 // `AuditFile` is the audit's part of events.db: it opens the file when needed, writes the changed
 // records of AuditBook, and reports failures. Used by one thread
-// (gateway/records/audit/audit_log.h); it reads no clock. `WriteTable` handles the rows of the
-// table `writes`.
+// (gateway/records/audit/audit_log.h); it reads no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,16 +43,17 @@ using Target = std::pair<std::string, std::string>;
 
 class WriteTable {
  public:
-  /// `database` must come from OpenEvents, and outlive this object.
+  /// `database` must come from OpenEvents (gateway/records/disk/events_file.h), and outlive this
+  /// object.
   explicit WriteTable(records::Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
-  /// To be called once, before all other functions. Writes that the last run began and did not end
-  /// get the result "unknown"; `unsettled()` then returns the devices of the writes to points among
-  /// them.
+  /// Must be called once, before all other functions. Sets the result "unknown" for writes that the
+  /// last run of the gateway began and did not end. Afterwards `unsettled()` returns the devices
+  /// whose points these writes addressed.
   bool SettleOrphans();
   const std::set<Target>& unsettled() const { return unsettled_; }
-  /// Writes all records or none, and sets the seq of new records. False: database.error() contains
-  /// the reason.
+  /// Writes all records in one transaction, and sets the seq of new records. False: nothing was
+  /// written; database.error() contains the reason.
   bool Write(std::vector<Draft>& drafts);
   /// Deletes the oldest records of each kind that exceeds its number of rows by more than 1 %.
   bool MakeRoom();
@@ -86,7 +86,7 @@ class AuditFile {
   std::optional<Opened> Open();
   /// Writes all drafts to the disk and sets their seq, or writes none. The file must be open.
   Status Write(std::vector<Draft>& drafts);
-  /// Checks the whole file, which must be open, because a reader has found damage.
+  /// Reads and checks the whole file, which must be open, because a reader has found damage.
   Status Check();
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
   void Tidy(Now now);

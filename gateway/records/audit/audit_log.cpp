@@ -89,8 +89,8 @@ void AuditBook::NewFile() {
 
 namespace {
 
-/// Returns the reason without its numbers, so that two refused values have the same reason.
-/// Example: "40.1 is above the maximum, 40" and "41 is above the maximum, 40".
+/// Returns the reason without its numbers, so that the reasons "40.1 is above the maximum, 40" and
+/// "41 is above the maximum, 40" are equal.
 std::string ReasonOf(const WriteRecord& record) {
   std::string reason = record.reason;
   std::erase_if(reason, [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-'; });
@@ -242,7 +242,7 @@ void AuditLog::Note(WriteRecord record, Instant asked) {
     repeats_.Add(std::move(record), now);
     due = book_.due();
   }
-  if (due) worker_.Wake();  // a repeat makes nothing due: it is written at the next tick
+  if (due) worker_.Wake();  // a repeat becomes due at the next Repeats::Tick
 }
 
 WriteLog::Written AuditLog::WaitFor(Ticket ticket, Instant until) {
@@ -306,12 +306,10 @@ std::optional<bus::PastRequests> AuditLog::Past() const {
   if (options_.file.empty()) return bus::PastRequests();
   const MutexLock lock(mutex_);
   if (past_) return bus::PastRequests{*past_, true};
-  // With `require`, no write is sent without a record, so requests can wait until the file is read.
+  // With `require`, no write is sent while the disk fails, so numbered requests can wait.
   if (options_.require || !disk_.is_failing()) return std::nullopt;
   return bus::PastRequests{{}, false};
 }
-
-// ---------------------------------------------------------------- the writing thread
 
 Instant AuditLog::Round(bool last) {
   records::FileWatch::Look look;

@@ -37,26 +37,26 @@ namespace baudgate::audit {
 //   End(7, ok…)   Due() → {7, seq 1, r}   to be updated; OnWritten → it is removed from the book
 class AuditBook {
  public:
-  /// The limits of each kind, in the order of Kind. A record counts until its write has ended and
-  /// the record is on the disk.
+  /// The limits of each kind, in the order of Kind. A record counts until its last change is on the
+  /// disk.
   static constexpr std::array<std::size_t, kKinds> kLimits = {8192, 2048, 2048, 256};
 
   /// Adds a record. Returns nothing if the limit is reached; the record is lost.
   std::optional<Ticket> Begin(WriteRecord record);
   /// Sets the result of the write. The record changes no more. An unknown ticket is ignored.
   void End(Ticket ticket, const Ending& ending);
-  /// Replaces the record except its seq. `last`: the record changes no more.
+  /// Replaces the record except its seq. `last`: no change of the record follows.
   void Change(Ticket ticket, const WriteRecord& record, bool last);
 
   bool due() const { return due_ > 0; }
   /// Returns the records that have to be written, in the order of their tickets.
   std::vector<Draft> Due() const;
   void OnWritten(const std::vector<Draft>& drafts);
-  /// To be called when the file is new: all records of the book have to be written again.
+  /// Must be called when a new file has replaced the old file: makes all records of the book due.
   void NewFile();
 
-  /// The newest ticket whose record is in the file. The records of all older tickets are in the
-  /// file too.
+  /// The newest ticket whose record was written. The records of all older tickets were written,
+  /// too.
   Ticket newest_written() const { return newest_written_; }
   std::size_t unwritten() const { return unwritten_; }
   std::uint64_t lost() const { return lost_; }
@@ -89,8 +89,8 @@ class Repeats {
  public:
   /// A record takes repeats for this time after its first write.
   static constexpr Duration kWindow = 1min;
-  /// The limits of open records of a kind, and of one client address in that kind. The shared
-  /// records do not count.
+  /// The most records that take repeats at a time: of each kind, and of one client address in a
+  /// kind. Shared records do not count.
   static constexpr std::size_t kMost = 1024;
   static constexpr std::size_t kMostOfClient = 64;
   static constexpr const char* kManyPoints = "many points";
@@ -98,11 +98,11 @@ class Repeats {
 
   explicit Repeats(AuditBook& book) : book_(book) {}
 
-  /// Counts a write. The first of equal writes is put into the book at once. `record.end` must be
-  /// set.
+  /// Adds a write that has ended (`record.end` is set). The first of equal writes is put into the
+  /// book at once; the following writes are counted in its record.
   void Add(WriteRecord record, Instant now);
-  /// Passes changed records to the book, and closes records that were open for kWindow. To be
-  /// called about once a second.
+  /// Passes changed records to the book, and ends records that have taken repeats for kWindow. To
+  /// be called about once a second.
   void Tick(Instant now);
   void Close();
 
@@ -118,8 +118,8 @@ class Repeats {
   };
   using Key = std::string;
 
-  /// Returns `record`; if a limit is reached, with the names of the shared record instead of its
-  /// own.
+  /// Returns `record`. If a limit is reached, replaces its names by those of the shared record:
+  /// kManyPoints, kManyClients.
   WriteRecord Shared(WriteRecord record) const;
   void Count(const Open& open, bool more);
 
@@ -147,8 +147,8 @@ class AuditLog final : public WriteLog, public AuditSource {
     /// to fail, `inform` when it works again.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;
-    /// Called when the file is first opened, on the writing thread, with the devices that have a
-    /// write to a point that the last run began and did not end. Can be empty.
+    /// Called on the writing thread when the file is first opened, with the devices of writes to
+    /// points that the last run of the gateway began and did not end. Can be empty.
     std::function<void(const std::set<Target>& devices)> unsettled{};
   };
   explicit AuditLog(Options options);
@@ -186,7 +186,7 @@ class AuditLog final : public WriteLog, public AuditSource {
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
   Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
-  /// The numbered requests of earlier runs. Empty until the file was first opened.
+  /// Requests of earlier runs that had a bus::RequestId. Empty until the file was first opened.
   std::optional<std::vector<bus::PastRequest>> past_ BAUDGATE_GUARDED_BY(mutex_);
   Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable records::FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);

@@ -51,7 +51,7 @@ WriteRecord RecordOf(const records::Statement& row) {
   record.before = ValueOf(row.At(8));
   record.first = ValueOf(row.At(9));
   record.value = ValueOf(row.At(10));
-  // An unknown outcome must not count as a success.
+  // An outcome that this version does not know must not count as a success.
   if (!row.IsNull(11)) record.end = EndNamed(row.Text(11)).value_or(WriteEnd::unknown);
   record.reason = text(12);
   record.took = DurationOf(row.Number(13));
@@ -85,8 +85,8 @@ Result<Page> ReadPage(records::Database& database, const PageQuery& query) {
     page.records.push_back(RecordOf(rows));
     const WriteRecord& record = page.records.back();
     const std::int64_t next = settled ? record.settled.value_or(page.next) : record.seq;
-    // The order must advance, so that a client that reads page after page reaches an end even in a
-    // damaged file.
+    // The number must grow from row to row. Otherwise a client that reads page after page would
+    // reach no end in a damaged file.
     if (next <= page.next)
       return Error{"the rows of the file are out of order: the file is damaged"};
     page.next = next;

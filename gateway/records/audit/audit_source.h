@@ -19,7 +19,7 @@ namespace baudgate::audit {
 // separate connection, so it delays no writer. The file can contain anything; every field is
 // checked.
 
-/// The number of records of one page: a line of the control socket with about 40 kB, 1 MB at most.
+/// The number of records of one page, one line of the control socket: about 40 kB, at most 1 MB.
 inline constexpr std::size_t kPage = 100;
 
 struct PageQuery {
@@ -41,7 +41,7 @@ Result<Page> ReadPage(records::Database& database, const PageQuery& query);
 /// Returns, for each client that numbers its requests, its last 33 writes to points; at most 8192
 /// writes of all clients, the latest first. `now` is used to compute their age.
 Result<std::vector<bus::PastRequest>> ReadRequests(records::Database& database, WallTime now);
-/// Opens the file and reads a page; see ReadOnce.
+/// Opens the file and reads a page. `damaged`: see ReadOnce (gateway/records/disk/database.h).
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);
 
@@ -51,7 +51,7 @@ struct AuditState {
   WallTime since{};
   bool require = false;     ///< true: writes are refused while the disk fails
   std::size_t waiting = 0;  ///< records that are in memory only
-  std::uint64_t lost = 0;   ///< records that were lost because the memory was full
+  std::uint64_t lost = 0;   ///< records that were lost because AuditBook::kLimits was reached
   std::string file;
   std::vector<std::string> put_aside{};
 };
@@ -63,9 +63,9 @@ class AuditSource {
   /// Returns an empty page while the file is being opened, which can take as long as reading the
   /// whole file.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
-  /// Returns the numbered requests of earlier runs; empty: the requests are not known yet. Until
-  /// they are known, a request with a number must not be carried out, because an earlier run may
-  /// have carried it out.
+  /// Returns the requests with a number (bus::RequestId) of earlier runs; empty: they are not known
+  /// yet. Until they are known, a request with a number must not be carried out, because an earlier
+  /// run may have carried it out.
   virtual std::optional<bus::PastRequests> Past() const = 0;
 };
 

@@ -18,7 +18,7 @@ std::string_view Name(Kind kind) {
 std::string Clipped(std::string text) {
   if (text.size() <= kLongestText) return text;
   std::size_t end = kLongestText;
-  // Must not cut within a character of UTF-8.
+  // The cut must not be within a character of UTF-8.
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   text.resize(end);
   return text + "…";
@@ -48,7 +48,7 @@ namespace {
 /// The record of a telegram has this text in place of a point's name.
 constexpr const char* kTelegramPoint = "telegram";
 
-/// A command with several points is reported by its first point.
+/// If a command writes several points, only its first point is reported.
 bus::DeniedWrite NotTaken(const bus::WriteCommand& command, WriteEnd end) {
   bus::DeniedWrite denied{
       .client = command.client, .request = command.request, .device = command.device, .end = end};

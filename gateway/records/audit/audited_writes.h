@@ -1,6 +1,4 @@
-// The parts by which a write gets into the audit. `WriteRecord` is one record. `WriteLog` is the
-// interface that stores records. `AuditedWrites` is the sink in front of the lines. `BeginLoan` and
-// `EndLoan` record the loan of a port, and `Witness` records a routed write.
+// This file brings writes into the audit: `WriteLog` stores a `WriteRecord` of each write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,9 +31,9 @@ namespace baudgate::audit {
 /// The kind of a record. The file limits each kind separately, so that a flood of one kind
 /// displaces no record of another.
 enum class Kind : std::uint8_t {
-  point,   ///< a write to a point: recorded before it is sent
-  route,   ///< a request passed on unchanged: recorded after its exchange
-  denied,  ///< a write that the gateway refused
+  point,  ///< a write to a point: recorded before it is sent
+  route,  ///< a Modbus request that was passed on unchanged: recorded after its exchange
+  denied,
   loan,
 };
 inline constexpr std::size_t kKinds = 4;
@@ -58,15 +56,15 @@ struct WriteRecord {
   std::optional<WriteEnd> end;  ///< result; empty: the write has not ended
   std::string reason;  ///< why the write failed, as one sentence; empty: the write succeeded
   Duration took{};
-  std::uint64_t count = 1;  ///< number of repeats, the first write included
+  std::uint64_t count = 1;  ///< number of equal writes that share this record
   /// Client and number of the request; for repeats, of the first request. Empty: the request had no
   /// number.
   std::optional<bus::RequestId> request{};
-  /// Ended writes are numbered in the order in which they ended. Empty: the write has not ended.
+  /// Number among the ended writes, in the order of their ends. Empty: the write has not ended.
   std::optional<std::int64_t> settled;
 };
 
-/// Clipped cuts a text to this length, in bytes.
+/// Clipped cuts a longer text to this length in bytes, and appends "…".
 inline constexpr std::size_t kLongestText = 240;
 std::string Clipped(std::string text);
 
@@ -110,19 +108,18 @@ class WriteLog {
   /// Adds the record of a write that has ended, or was denied; it was requested at `asked`. Equal
   /// writes share a record.
   virtual void Note(WriteRecord record, Instant asked) = 0;
-  /// Why WaitFor fails now, as a sentence; empty: the disk works.
+  /// Returns why WaitFor fails now, as a sentence; empty: the disk works.
   virtual std::string Trouble() const = 0;
 };
 
-// `AuditedWrites` is the sink in front of the lines. Each write to a point, and each manual
+// `AuditedWrites` is the command sink in front of the lines. Each write to a point, and each manual
 // telegram that may write, waits until its record is on the disk, 500 ms at most, and then goes to
-// the line; the end of the write completes the record. Writes do not overtake each other; commands
-// that only read go to the line at once.
+// the line (`inner`); the end of the write completes the record. Writes do not overtake each other;
+// commands that only read go to the line at once.
 //
 //   Submit(w) → Begin(record of w) → written → inner.Submit(w) → w.End(ok) → End(record, ok)
 //                                  → not written, require      → w.End(denied)
 //                                  → not written, best_effort  → inner.Submit(w)
-//
 class AuditedWrites final : public bus::CommandSink {
  public:
   /// The longest time that a command waits for its record. It waits in a queue, so neither the line
@@ -132,7 +129,7 @@ class AuditedWrites final : public bus::CommandSink {
   static constexpr std::size_t kLimit = 1024;
 
   /// All references must outlive this object; `log` must also outlive every command that was passed
-  /// to `inner`. `audit`: with `require`, a write without a record is denied.
+  /// to `inner`. With `audit` `require`, a write without a record is denied.
   AuditedWrites(const bus::PointStore& store, bus::CommandSink& inner, WriteLog& log,
                 config::Audit audit, std::function<Now()> clocks);
   ~AuditedWrites() override { Stop(); }
@@ -193,9 +190,9 @@ void BeginLoan(WriteLog& log, const Loan& loan, const std::string& how);
 /// `how`: text of the record. Example: "it disconnected; 120 bytes to the port, 340 from it".
 void EndLoan(WriteLog& log, const Loan& loan, const std::string& how, Now now);
 
-// A write that is routed to a slave unchanged. Its record is made after the exchange, and the
-// exchange does not wait for it. Used by gateway/outputs/modbus/service for every routed request
-// except reads.
+// RoutedWrite is a write that is routed to a slave unchanged. Its record is made after the
+// exchange, and the exchange does not wait for it. gateway/outputs/modbus/service uses it for every
+// routed request except reads.
 struct RoutedWrite {
   std::string client;
   std::string target;  ///< name of the line, or "10.0.0.9:502"
@@ -210,8 +207,8 @@ struct RoutedWrite {
 /// other than 5, 6, 15, 16, 22 and 23, the point contains only the function.
 WriteRecord RecordOf(const RoutedWrite& write);
 
-/// `Witness` records one routed request: it reports once to the log how the request ended. If all
-/// copies of the function of Watch are destroyed without a call, it reports that the result is not
+/// `Witness` records one routed request: it reports once to the log how the request ended. If the
+/// function that Watch returned is destroyed without a call, Witness reports that the result is not
 /// known.
 class Witness {
  public:

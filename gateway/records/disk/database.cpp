@@ -139,7 +139,7 @@ std::optional<Bytes> Database::Read(Part part, std::uint64_t at, std::size_t cou
 }
 
 Bytes Database::ReadIndex(std::size_t count) const {
-  constexpr int kRegion = 32768;  // the size that SQLite maps
+  constexpr int kRegion = 32768;  // the part of the index that SQLite maps at a time
   sqlite3_file* const file = FileOf(handle_.get(), Part::file);
   volatile void* mapped = nullptr;
   const bool shared = file != nullptr && file->pMethods->iVersion >= 2 &&

@@ -48,13 +48,13 @@ class Database {
   /// Reads the whole file from the disk and returns what is damaged. Empty: nothing is damaged, or
   /// the check itself failed.
   std::optional<std::string> Damage();
-  /// From now on, closing the database changes neither the file nor its log. To be called when
-  /// another file has its name, or when the log is damaged.
+  /// Makes closing the database leave the file and its log as they are. To be called when another
+  /// file has the name of this file, or when the log is damaged.
   void Abandon();
 
-  /// The part that is read, as it is on the disk. SQLite's own descriptors are used: closing a
-  /// separate descriptor would end all locks of this process on the file (fcntl), and the next
-  /// program that reads the database would remove its log.
+  /// A database is its main file and its write-ahead log. SizeOf and Read use SQLite's own
+  /// descriptors: closing a separate descriptor would end all locks of this process on the file
+  /// (fcntl), and the next program that reads the database would remove its log.
   enum class Part : std::uint8_t { file, log };
   /// Returns the size in bytes; empty: the size cannot be read.
   std::optional<std::uint64_t> SizeOf(Part part) const;
@@ -139,9 +139,9 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Closer> handle_;
 };
 
-/// Opens the file, calls `read` with the connection, and closes it. All that `read` reads belongs
-/// to one moment. If `read` fails, `damaged` (can be null) is set to true if SQLite has found that
-/// the file is damaged, else to false.
+/// Opens the file, calls `read` with the connection, and closes the file. `read` sees the file as
+/// it was at one moment. If `read` fails, `damaged` (can be null) is set to true if SQLite has
+/// found that the file is damaged, else to false.
 template <typename Read>
 auto ReadOnce(const std::filesystem::path& file, bool* damaged, Read read)
     -> decltype(read(std::declval<Database&>())) {

@@ -71,7 +71,7 @@ class LogSum {
 };
 
 /// Returns what is wrong with the first bytes of a database; empty: the bytes are valid. SQLite
-/// reports some of these faults as "readonly" or "unsupported".
+/// would report some of these faults as "readonly" or "unsupported" only.
 std::optional<std::string> HeadDamage(View head) {
   const auto damage = [](const char* what) {
     return std::optional<std::string>(fmt::format("its header is damaged: {}", what));
@@ -81,7 +81,7 @@ std::optional<std::string> HeadDamage(View head) {
     return damage("the file is not a SQLite database");
   }
   const std::uint32_t page = std::uint32_t{head[16]} << 8U | head[17];
-  if (page != 1 && !IsPageSize(page)) return damage("invalid page size");  // 1: 65536
+  if (page != 1 && !IsPageSize(page)) return damage("invalid page size");  // 1 stands for 65536
   for (const std::size_t at : {18U, 19U}) {
     if (head[at] != 1 && head[at] != 2) return damage("invalid format version");
   }
@@ -140,7 +140,7 @@ std::string WhyReadOnly(const fs::path& file) {
 namespace {
 
 /// Returns the number of committed changes in the log that SQLite does not reach because a frame
-/// before them is broken. `in` must be positioned behind the log's head, `head` contains this head.
+/// before them is broken. `in` must be positioned behind the log's head; `head` contains the head.
 std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page, LogSum sum) {
   Bytes frame(kFrameHead + page);
   const auto same_salts = [&] {
@@ -240,9 +240,8 @@ struct LogIndex {
     return size == 1 ? 65536 : size;
   }
   std::uint32_t frames() const { return Word(16); }
-  std::uint32_t in_the_file() const {
-    return Word(96);
-  }  // number of the log's frames that were copied to the file
+  // The number of the log's frames that were copied to the file.
+  std::uint32_t in_the_file() const { return Word(96); }
   View salt() const { return View(bytes).subspan(32, 8); }
 
   Bytes bytes;
@@ -278,11 +277,11 @@ void OpenFile::RemoveOwn(const char* part, const Id& id) const {
 OpenFile::Look OpenFile::LookAt(Database& database) {
   if (id_.inode == 0) return {};
   const Id id = IdOf();
-  // If stat fails for another reason, it is unknown whether the file exists. The open descriptors
-  // still work.
+  // If stat fails for a reason other than a missing file, it is unknown whether the file exists.
+  // The open descriptors still work.
   if (id.inode == 0 && errno != ENOENT && errno != ENOTDIR) return {};
   if (id != id_) {
-    // SQLite would copy the log of the old file into the new file.
+    // Closing the database would copy the log of the old file into the new file.
     database.Abandon();
     RemoveOwn(kLog, log_);
     RemoveOwn(kIndex, index_);
@@ -297,9 +296,9 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
   if (log_.inode == 0) log_ = log;
   if (index_.inode == 0) index_ = IdOf(kIndex);
   if (log == log_) return LookAtLog(database);
-  // The log that SQLite has open has lost its name, and still contains what was committed. A log
-  // that has the name now belongs to another database. If a reader prevents emptying the open log,
-  // the next call tries again.
+  // Another program has removed or renamed the log. SQLite still has it open, so its content is
+  // written to the file now; if a reader prevents this, the next call tries again. A new log of the
+  // same name belongs to another database.
   if (!database.EmptyLog()) return {};
   RemoveOwn(kLog, log);
   return {Found::stale,
@@ -359,7 +358,7 @@ OpenFile::Look OpenFile::LookAtLog(Database& database) const {
                         kAdvice)};
   }
   // A checkpoint would copy the rest of the log to the file and leave a mixture of old and new
-  // pages. If a checkpoint has copied some frames already, the file is such a mixture.
+  // pages. If a checkpoint has copied some frames already, the file is a mixture already.
   database.Abandon();
   if (index.in_the_file() > 0) {
     return {
@@ -405,8 +404,8 @@ std::optional<std::int64_t> WholeNumber(Database& database, const char* sql) {
                                                      : std::nullopt;
 }
 
-/// Checks that the file belongs to the program `kind.application` and has a known version, and
-/// migrates its tables. `check`: the result of SQLite's quick_check.
+/// Checks that the file has the id `kind.application` and a known version, and migrates its tables.
+/// `check`: the result of SQLite's quick_check.
 Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::string& check,
                    std::string& why) {
   const auto application = WholeNumber(database, "PRAGMA application_id");

@@ -1,8 +1,6 @@
 // `OpenDatabase` opens a database file of the gateway: it checks the file, migrates its tables,
 // makes the file if it does not exist, and puts it aside (renames it) if it is damaged. The owners
-// define the tables (gateway/records/disk/events_file.h, gateway/records/history). `LogDamage`
-// checks a write-ahead log by its bytes, and `OpenFile` detects when the disk has lost a file that
-// is open.
+// define the tables (gateway/records/disk/events_file.h, gateway/records/history).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -52,8 +50,8 @@ class OpenFile {
 
   enum class Found : std::uint8_t {
     whole,
-    stale,  ///< the log was lost, but its contents are in the file: open the file again
-    lost,   ///< a part of the log is lost; the file contains the earlier changes: open it again
+    stale,  ///< the log was lost, but its content is in the file: open the file again
+    lost,   ///< a part of the log is lost, but the file contains all earlier changes: open it again
     /// The file was removed or replaced: open it again. The file that has its name now is not
     /// touched.
     gone,

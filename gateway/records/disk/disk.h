@@ -1,6 +1,5 @@
-// The state of the disk that contains a file of the state folder. `DiskCondition` stores what is
-// wrong and since when, `FileWatch` decides when a file is checked, and `DiskCalls` makes calls
-// that a disk can delay without end.
+// These types handle a disk that contains files of the state folder: its condition, the checks of
+// its files, and calls that it can delay without end.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -87,10 +86,10 @@ class DiskCondition {
 // second.
 class FileWatch {
  public:
-  /// The disk does not answer in time if records wait, or a write is under way, at more than this
+  /// The disk does not answer in time if a record waits, or a write is under way, at more than this
   /// number of ticks in a row.
   static constexpr int kMostTicks = 3;
-  static constexpr int kLookEvery = 10;  ///< in ticks
+  static constexpr int kLookEvery = 10;  ///< ticks between two checks of the file
 
   /// `waits`: a record has to be written. Returns true if the disk does not answer in time.
   bool Tick(bool waits) {
@@ -111,8 +110,7 @@ class FileWatch {
     look_ = false;
     return look;
   }
-  /// To be called when a reader has found that the file is damaged: the next look reads the whole
-  /// file.
+  /// To be called when a reader has found damage: the next check reads the whole file.
   void Doubt() { doubt_ = true; }
 
   /// The writing thread calls Begin before a write and End after it; it can hang between them.
@@ -141,7 +139,8 @@ class DiskCalls {
   DiskCalls(std::string name, Duration patience);
 
   /// Returns the result of `call`; empty: the result has not come within `patience`, or too many
-  /// calls wait. A call that has begun runs to its end after that, so it must own what it uses.
+  /// calls wait. `call` must own what it uses, because it runs to its end even if Wait has
+  /// returned.
   template <typename Call>
   auto Wait(Call call) -> std::optional<decltype(call())> {
     auto promise = std::make_shared<std::promise<decltype(call())>>();

@@ -148,7 +148,7 @@ void EventsConnection::Close() {
   --writer_->open;
 }
 
-/// Not called after every disk error: an open connection stays open, because its next commit
+/// Open must not be called after every disk error: if the connection stays open, its next commit
 /// overwrites what a failed commit has left in the log. A new connection might take the failed
 /// commit for a successful one, and its records would be written twice.
 EventsConnection::Opened EventsConnection::Open() {

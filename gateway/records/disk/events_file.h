@@ -1,7 +1,6 @@
 // `OpenEvents` opens events.db in the state folder, which contains the permanent records of audit
 // and events. Every commit is on the disk before it returns (WAL, synchronous=FULL). docs/audit.md
-// and docs/events.md describe the tables. `EventsWriter` is the only thread that writes events.db,
-// and `EventsConnection` is a writing connection that handles removal and damage of the file.
+// and docs/events.md describe the tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,11 +25,12 @@ struct EventsWriter {
   /// Called before the file is opened. Returns an error if the folder does not exist or is not
   /// locked by this process. Can be empty.
   std::function<Status()> ready;
-  // For the writing thread only:
+  // Only the writing thread uses the members below. `times_put_aside`: how often the file was put
+  // aside; `open`: number of open connections.
   std::uint64_t times_put_aside = 0;
   std::size_t open = 0;
-  /// The write-ahead log is damaged: all connections must be closed before a new one is opened,
-  /// because they share an index of the log that is wrong.
+  /// The write-ahead log is damaged. The connections share an index of the log, which is wrong, so
+  /// all must be closed before one is opened again.
   struct Closing {
     std::string why{};
     bool lost = false;
@@ -72,8 +72,8 @@ class EventsConnection {
   };
   /// Opens the file. The connection must not be open already.
   Opened Open();
-  /// Returns the error of the last statement. If the file is damaged, closes it; the next Open puts
-  /// the file aside.
+  /// Returns the error of the last statement. If the file is damaged, closes the connection; the
+  /// next Open puts the file aside.
   Error Failed();
   /// Checks that the disk still contains the open file. If not, closes the connection and returns
   /// an error. To be called periodically, and before each commit. `whole`: reads the whole file,

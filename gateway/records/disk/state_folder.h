@@ -1,6 +1,5 @@
 // `StateFolder` is the folder of the data that outlive the program. There is one for each
-// gateway.name, locked while a gateway runs (docs/state.md). `NewerStateIn` finds files that a
-// newer baudgate has written.
+// gateway.name, locked while a gateway runs (docs/state.md).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,7 +31,7 @@ std::int64_t KnownVersion(std::int64_t application);
 std::string NewerStateIn(const std::filesystem::path& folder);
 
 /// True if clients can write to devices: to a point, through a route that a listener permits, by
-/// manual telegrams, or by borrowing a port.
+/// manual telegrams, or with a lent port.
 bool CanWrite(const config::Config& config);
 
 bool KeepsEvents(const config::Config& config);
@@ -44,19 +43,18 @@ inline bool NeedsState(const config::Config& config, const config::Catalog& cata
   return !WhatIsKept(config, catalog).empty();
 }
 
-/// The candidates for the state folder. An empty text: not given.
+/// The candidates for the state folder; the first given one is used. An empty text: not given.
 struct StatePlaces {
   std::string configured;       ///< gateway.state
   std::string state_directory;  ///< $STATE_DIRECTORY: a list of folders, separated by ':'
   bool system = false;          ///< true: kSystemState can be written or made
-  std::string xdg_state_home;   ///< $XDG_STATE_HOME
-  std::string home;             ///< $HOME
+  std::string xdg_state_home;
+  std::string home;
 
   static StatePlaces Here(const std::string& configured);
 };
 
-/// Returns the gateway's folder in the first candidate that is given, in the order of StatePlaces.
-/// Empty: no candidate is given.
+/// Returns the gateway's folder in the first candidate that is given. Empty: no candidate is given.
 std::filesystem::path StateFolderOf(const StatePlaces& places, const std::string& gateway);
 
 /// Returns the separate folder of events.db (events.directory). Empty: events.db is in the state
@@ -86,7 +84,8 @@ class StateFolder {
   /// Makes the folder if it does not exist, and locks it. If the folder was removed since the last
   /// call, does both again. Takes as long as the disk takes.
   std::optional<Failure> Open();
-  /// As Open, but waits `patience` at most; opening then continues in the background.
+  /// Opens the folder, but returns a failure after `patience`, and goes on opening in the
+  /// background.
   static std::optional<Failure> OpenWithin(const std::shared_ptr<StateFolder>& folder,
                                            Duration patience);
 

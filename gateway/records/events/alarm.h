@@ -1,4 +1,4 @@
-// An alarm as in ISA 18.2: a person has to acknowledge it, even if its cause is over.
+// `Alarm` is an alarm as in ISA 18.2: a person has to acknowledge it, even if its cause is over.
 // docs/events.md describes the states for users.
 //
 //   normal ─raise→ active ─acknowledge→ acknowledged ─clear→ normal
@@ -50,8 +50,8 @@ struct AlarmMark {
   Step step = Step::none;
   config::AlarmPriority priority = config::AlarmPriority::none;
   std::string point{};
-  /// True: the event reports the first state that is known since the start. An event that changes
-  /// nothing is dropped if the stored alarm is already in this state.
+  /// True: the event reports the first state that is known since the start. It is dropped if the
+  /// stored alarm is already in this state, for example active at `raise`.
   bool first = false;
   std::string by{};
   /// Acknowledges only the alarm that the event of this number has raised; 0: any alarm.
@@ -85,8 +85,8 @@ struct AlarmChange {
   bool counts = true;            ///< false: the event must be dropped
   std::optional<Alarm> alarm{};  ///< the alarm after the change; empty: the alarm has not changed
 };
-/// Returns the effect of an event on its alarm. `before`: the alarm before the event; null: the
-/// alarm was normal. `event.seq` must be set.
+/// Returns the effect of an event on its alarm. `before`: the alarm before the event; null: its
+/// state was normal. `event.seq` must be set.
 AlarmChange Apply(const Alarm* before, const EventRecord& event);
 
 // `AlarmBoard` contains the alarms as they are on the disk, so outputs need not wait for the disk.

@@ -35,10 +35,10 @@ namespace baudgate::events {
 
 // `Shares` limits how many events of one kind are stored, so that an input that changes all the
 // time does not displace other events. A kind is one code of one device, port or point. Twenty
-// events are stored at once, then one a minute. The others are left out, except the last event, so
-// that the log ends with the present state. The last event is stored when the next minute permits
-// it, or when no event of its kind has come for the settling time: 2 s at first, doubled each time
-// up to a minute.
+// events are stored at once, then one a minute. Further events are left out, except the last event,
+// so that the log ends with the present state. The last event is stored when the next minute
+// permits it, or when no event of its kind has come for the settling time: 2 s at first, doubled
+// each time up to a minute.
 //
 //   61 x tripped, reset within seconds     20 of them are stored
 //   2 s later                              "40 events like the next left out", and the last event
@@ -48,7 +48,7 @@ class Shares {
   static constexpr Duration kEach = std::chrono::minutes(1);
   static constexpr Duration kSettles = std::chrono::seconds(2);
 
-  /// Returns false if the event is left out. `room`: the book can accept another event.
+  /// Returns false if the event is left out. `room`: true if the book has room for another event.
   bool Take(const EventRecord& record, bool room, Instant now);
   /// To be called when an accepted event is on the disk. At most kAtOnce events of a kind can wait
   /// for the disk.
@@ -58,9 +58,8 @@ class Shares {
   std::vector<EventRecord> TakeLeftOut(Now now, bool all = false);
   std::optional<Instant> NextAt() const;
 
-  std::uint64_t left_out() const {
-    return left_out_;
-  }  ///< number of left-out events since the start
+  /// The number of left-out events since the start.
+  std::uint64_t left_out() const { return left_out_; }
 
  private:
   using Key = std::tuple<std::string, std::string, std::uint32_t, std::string>;
@@ -89,7 +88,7 @@ inline constexpr Source kGateway = ~Source{0};
 /// The names of line and device. Stored data refers to a source by these names, because a reload
 /// changes numbers.
 using SourceName = std::pair<std::string, std::string>;
-/// EventBatch::said of each source's last stored batch.
+/// EventBatch::said of the last stored batch of each source.
 using Said = std::map<SourceName, std::string>;
 
 struct Batch {
@@ -120,8 +119,8 @@ class EventBook {
   void TellLeftOut(Now now, bool all = false);
   std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
-  /// Sets the content of the file. Data that the book already contains takes precedence, because
-  /// the file can be new. `last`: the number of the last event in the file.
+  /// Adds the content of the opened file. Data that the book already contains takes precedence,
+  /// because the file can be new. `last`: the number of the last event in the file.
   void OnOpened(std::int64_t last, const Said& said, const std::vector<Alarm>& alarms = {});
 
   /// Assigns numbers and new alarm states to the events of all batches that wait, and returns these
@@ -142,9 +141,8 @@ class EventBook {
   bool opened() const { return opened_; }
   bool empty() const { return waiting_.empty(); }
   std::string said(const SourceName& source) const;
-  std::size_t waiting() const {
-    return waiting_.size() - own_;
-  }  ///< number of waiting batches of devices
+  /// The number of waiting batches of devices.
+  std::size_t waiting() const { return waiting_.size() - own_; }
   std::size_t waiting_own() const { return own_; }
   std::uint64_t left_out() const { return shares_.left_out(); }
   std::int64_t newest() const { return last_; }

@@ -2,9 +2,9 @@
 // disk: Modbus shows them (gateway/outputs/modbus/service), DDS takes them in order
 // (gateway/outputs/dds). After each commit, the writing thread of
 // gateway/records/events/event_log.h adds events. A consumer that takes all events has a cursor;
-// the writing thread reads events that are no longer in memory from the file for it. An output that
-// only shows events misses such events, and can count them by their numbers. An event contains the
-// name of its device; the device's number is looked up when the event is taken.
+// for this consumer the writing thread reads events from the file that are no longer in memory. An
+// output without a cursor misses these events, and can count them by their numbers. An event
+// contains the name of its device; the device's number is looked up when the event is taken.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -46,8 +46,8 @@ class CursorBook {
   explicit CursorBook(std::set<std::string> consumers = {}) : consumers_(std::move(consumers)) {}
 
   std::optional<Cursor> Of(const std::string& consumer) const;
-  /// Sets a position, which is on the disk after about a second. Returns true if the positions in
-  /// the file were up to date before this call and are not now.
+  /// Sets a position, which is on the disk after about a second. Ignores an unknown consumer.
+  /// Returns true if the positions in the file were up to date before this call and are not now.
   bool Set(const std::string& consumer, Cursor cursor);
 
   // Only the thread that writes the file calls the functions below.
@@ -82,8 +82,8 @@ class CursorBook {
 //   Take(40, 100)          → {41 … 140}, and so on with Take(140)
 class Backlog {
  public:
-  /// The limit of pages in memory. Above it all pages are dropped, so a page that no consumer takes
-  /// does not stay.
+  /// The limit of pages in memory. At the limit all pages are dropped, so that a page that no
+  /// consumer takes does not stay.
   static constexpr std::size_t kMostPages = 8;
 
   /// Returns the events after number `after`. nullopt: they are not in memory, and are now
@@ -97,8 +97,8 @@ class Backlog {
   std::map<std::int64_t, std::vector<EventRecord>> pages_;  // key: number before the first event
 };
 
-// `RecentEvents` contains the newest events, then the devices of events before them, and for each
-// device the number of its newest event that is older still. No lock: EventFeed provides it.
+// `RecentEvents` has the newest events whole, of earlier events the number and the device, and of
+// still earlier events the newest number of each device. No lock: EventFeed provides it.
 //
 //   number  1 … 60             61 … 80          81 … 90
 //           newest per device  only the device  whole event
@@ -113,7 +113,7 @@ struct FeedLimits {
   std::size_t remembered = 16000;  ///< older events of which only the device is in memory: 256 kB
 };
 
-/// The contents of a file when it is opened; the lists are sorted by number.
+/// FeedImage contains what the feed takes over from events.db. The lists are sorted by number.
 struct FeedImage {
   std::int64_t newest = 0;
   std::vector<EventRecord> events{};
@@ -131,9 +131,8 @@ class RecentEvents {
   void Add(std::vector<EventRecord> events);
 
   bool empty() const { return events_.empty(); }
-  std::int64_t newest() const {
-    return newest_;
-  }  ///< number of the newest event of all devices; 0: none
+  /// The number of the newest event of all devices; 0: there is no event.
+  std::int64_t newest() const { return newest_; }
   std::int64_t oldest() const { return events_.front().seq; }
 
   /// Returns the event number whose low 32 bits are `number` and that is nearest to the newest
@@ -192,8 +191,8 @@ class FeedListeners {
 };
 
 struct FedEvent {
-  Source source = kGateway;  ///< number of the device; kGateway: no device, or a device that is no
-                             ///< longer configured
+  /// Number of the device; kGateway: no device, or a device that is no longer configured.
+  Source source = kGateway;
   EventRecord record{};
 };
 

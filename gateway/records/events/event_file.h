@@ -106,7 +106,7 @@ class EventFile {
   /// Writes as EventTable::Write does. The file must be open; if it is damaged, it is closed.
   Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
                const std::vector<KeptRecord>& records = {});
-  /// Checks the whole file, because a reader has found damage. The file must be open.
+  /// Reads and checks the whole file, which must be open, because a reader has found damage.
   Status Check();
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
   /// Returns a page of the events after number `after`. The file must be open.

@@ -52,8 +52,6 @@ void EventRounds::Doubt() const {
   watch_.Doubt();
 }
 
-// ---------------------------------------------------------------- the writing thread
-
 bool EventRounds::Begin() {
   const MutexLock lock(pending_.mutex);
   if (NextRoundAt() > options_.clocks().instant) return false;
@@ -210,7 +208,8 @@ std::vector<Consumer> RoundWriter::Consumers(std::int64_t oldest) const {
   return consumers;
 }
 
-/// In the last round, the commit that ends a disk trouble adds an event, so another commit follows.
+/// In the last round, a commit can add an event, for example that the disk works again, so commits
+/// go on until nothing waits.
 Instant RoundWriter::Run(bool last) {
   if (!last && !rounds_.Begin()) return rounds_.NextRound();
   do {

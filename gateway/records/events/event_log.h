@@ -31,7 +31,7 @@ namespace baudgate::events {
 // `RoundTimer` computes when the thread that writes events runs next:
 //
 //   the disk           events wait               nothing waits
-//   fails              after the pause           after the pause
+//   fails              at the time of Rest       at the time of Rest
 //   works              at once                   at the time of Look, or of left-out events
 class RoundTimer {
  public:
@@ -78,7 +78,7 @@ class EventRounds {
   /// Begins a round. Returns false if no round is due yet.
   bool Begin();
   Instant NextRound() const;
-  /// Returns true if the file was opened for the first time.
+  /// Returns true at the first opening of the file.
   bool OnOpened(const EventTable::Contents& contents);
   void SetPutAside(std::vector<std::string> files);
 

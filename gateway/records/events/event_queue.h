@@ -83,7 +83,7 @@ struct LogOptions {
   std::function<Now()> clocks;
   std::shared_ptr<EventFeed> feed{};  ///< receives events that are on the disk; null: no feed
   std::shared_ptr<CursorBook> cursors{};
-  bool tells_own = false;  ///< true: the gateway's own events are stored as well
+  bool tells_own = false;  ///< true: the gateway's own events are stored, too
   Watched watches{};
   /// Called on the writing thread when the last batches of these sources are on the disk, so that
   /// the sources can be asked for more events.
@@ -113,8 +113,8 @@ struct PendingEvents {
   bool IsIdle() const BAUDGATE_REQUIRES(mutex) {
     return !disk.is_opening() && book.empty() && records.empty() && !run.waits() && !watched.due();
   }
-  /// Returns the alarms as they are on the disk. While the disk is in trouble, returns them as they
-  /// will be after the next commit.
+  /// Returns the alarms as they are on the disk. While the disk is stalled or failing, returns them
+  /// as they will be after the next commit.
   std::vector<Alarm> Alarms() const BAUDGATE_REQUIRES(mutex) {
     return book.Alarms(disk.holds_up());
   }
@@ -151,8 +151,8 @@ class EventQueue {
   /// other events, and its text contains how the previous run ended. Without a start event, the run
   /// has no end event.
   void Started(const std::string& version);
-  /// Adds the event for the end of this run, and what was left out. A second call adds no end
-  /// event.
+  /// Adds the event for the end of this run, and events for what Shares has left out. A second call
+  /// adds no end event.
   void TellEnd();
   /// Adds the event for the end as TellEnd does, and waits so that outputs can see it. Returns when
   /// nothing waits for the disk, when the disk is in trouble, or after `most`.

@@ -1,6 +1,6 @@
 // `EventRecord` is one event as stored in events.db. docs/events.md describes its fields. An event
-// first is a DeviceEvent in an EventBatch (protocols), then in ReportedEvents (poll), then an
-// EventRecord in a Batch (here), and last a FedEvent for outputs.
+// is first a DeviceEvent in an EventBatch (protocols), then it is in ReportedEvents (gateway/bus),
+// then it is an EventRecord in a Batch (gateway/records/events), and last a FedEvent for outputs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -49,9 +49,9 @@ struct PlacedTime {
   ClockQuality quality = ClockQuality::none;
 };
 
-/// Returns the times of the events of one batch, in their order. No event gets an earlier time than
-/// the event before it, as far as the device's clock allows. `oldest`: the greatest age that an
-/// event can have at `received`; empty: not known.
+/// Returns the times of the events of one batch, in their order. An event is at most
+/// kClockTolerance later than the next event, unless the device's clock is out of step. `oldest`:
+/// the greatest age that an event can have at `received`; empty: not known.
 std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTime>>& said,
                               WallTime received, std::optional<Duration> oldest);
 
@@ -62,7 +62,8 @@ std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTim
 //   kind event, seq 7: event 413, "trip", read 12:00:03: trip_phases 4, record1_current_l1 5.2, …
 //   kind billing, seq 31: meter-1, "month", device_time 2026-11-01: energy_t1 812.4 kWh, …
 //
-// A record is never stored in part: if some of its values are missing, it counts as not read.
+// A record is not stored in part: unless all its points were read, it counts as not read. Points
+// that the device has reported as not existing are left out of this rule.
 
 /// The kinds of records. The names are public (file, JSON). Each kind has its own number sequence.
 inline constexpr std::string_view kEventRecord = "event";
@@ -112,7 +113,7 @@ struct OwedRecord {
 };
 
 struct EventRecord {
-  /// Number of the event, from 1 without gaps, also over restarts; 0: not in the file yet.
+  /// Number of the event, from 1 without gaps, over restarts; 0: not in the file yet.
   std::int64_t seq = 0;
   WallTime received{};
   WallTime device_time{};
@@ -123,8 +124,8 @@ struct EventRecord {
   std::uint32_t code = 0;
   config::EventState state = config::EventState::message;
   std::string text;
-  /// The name of the alarm. In an event of the gateway, the part of the device, such as "current_l1
-  /// above 5". Not stored in the file.
+  /// The name of the event's alarm, or of the point's rule that made the event: "2:17", "current_l1
+  /// above 5", "no answer". Empty: the event has neither. Not stored in the file.
   std::string subject{};
   AlarmMark mark{};
   /// The name of the record that belongs to the event; empty: no record belongs to it. The values

@@ -70,9 +70,9 @@ struct AckQuery {
   std::string line{};
   std::string device{};
   std::string point{};  ///< empty: the alarms of the device and of all its points
-  /// Not 0: only the alarm that the event of this number has raised, of any device.
+  /// Not 0: selects only the alarm that the event of this number has raised, of any device.
   std::int64_t seq = 0;
-  /// Only an alarm that was raised by an event whose number has these low 32 bits.
+  /// If set: selects only alarms raised by an event whose number has these low 32 bits.
   std::optional<std::uint32_t> number{};
   bool all = false;
   std::string by{};  ///< the person: "user:anna"

@@ -119,8 +119,8 @@ void OwnAlarms::Begin(Trouble trouble, const Subject& place, const std::string& 
 }
 
 /// Adds the event that ends the alarm. Adds nothing if the alarm was not raised and its end was
-/// reported since the start. `answers` false: the trouble is ignored from now on, whether it is
-/// over or not.
+/// reported since the start. `answers` false: the trouble may last, but its alarm ends, for example
+/// because its device is taken out of use.
 void OwnAlarms::EndOf(const Key& key, Now now, Records& records, bool answers) {
   const auto state = states_.find(key);
   const bool raised = state != states_.end() && std::exchange(state->second.raised, false);

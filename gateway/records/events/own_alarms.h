@@ -29,9 +29,9 @@
 
 namespace baudgate::events {
 
-// A trouble of a line, device, route or disk that can raise an alarm. docs/events.md lists the
-// names of the alarms. In the table, `line` and `device` are the members of OwnAlarms::Subject, and
-// `setting` is the part of the configuration that contains the AlarmSetting.
+// Trouble is a fault of a line, device, route or disk that can raise an alarm. docs/events.md lists
+// the names of the alarms. In the table, `line` and `device` are the members of OwnAlarms::Subject,
+// and `setting` is the part of the configuration that contains the AlarmSetting.
 //
 //   trouble       line    device          setting
 //   no_answer     bay-1   feeder-1        the device
@@ -43,7 +43,7 @@ namespace baudgate::events {
 enum class Trouble : std::uint8_t {
   no_answer,
   wrong_device,  ///< the device is not of the configured kind
-  replaced,      ///< another device answers in its place; has no end
+  replaced,      ///< another device answers at its address; this event has no end
   port_down,
   ring_open,
   unit_silent,

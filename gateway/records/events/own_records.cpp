@@ -164,7 +164,7 @@ EventRecord FactRecord(const Fact& fact, WallTime at) {
 
 namespace {
 
-/// True for facts whose end a restarted line does not report.
+/// True for facts whose end a line does not report if a reload has restarted it meanwhile.
 bool EndsUntold(OwnCode code) {
   return code == OwnCode::collisions || code == OwnCode::ring_open || code == OwnCode::wrong_device;
 }

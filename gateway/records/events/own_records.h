@@ -1,5 +1,5 @@
-// The gateway's own events, with the codes and texts that users read (docs/events.md). No lock, no
-// clock, no disk.
+// This file contains the gateway's own events, with the codes and texts that users read
+// (docs/events.md). No lock, no clock, no disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,9 +20,9 @@
 
 namespace baudgate::events {
 
-// The codes of the gateway's own events. The numbers are public (docs/events.md): new numbers are
-// appended, and no number is used again. Events of devices cannot have these codes: the event table
-// of a profile ends at 999999.
+// OwnCode contains the codes of the gateway's own events. The numbers are public (docs/events.md):
+// new numbers are appended, and no number is used again. Events of devices cannot have these codes:
+// the event table of a profile ends at 999999.
 enum class OwnCode : std::uint32_t {
   started = 1'000'001,
   stops = 1'000'002,
@@ -75,13 +75,13 @@ EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at);
 
 struct Fact {
-  /// A code from port_down to replaced, port_served, or a code about a clock.
+  /// One of the codes port_down to replaced, port_served, clock_corrected and clock_left.
   OwnCode code = OwnCode::no_answer;
   bool over = false;
   std::string line{};
   std::string device{};  ///< empty: the fact is about the line
   std::string why{};
-  /// With `over`: nothing reports the fact any more, so perhaps the fact is not over.
+  /// With `over`: after a reload no line reports the fact, so perhaps the fact is not over.
   bool unknown = false;
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);

@@ -97,7 +97,7 @@ std::optional<PointWatch::Transition> PointWatch::Change(const Value& value, Ins
   return Transition{beyond ? EventState::on : EventState::off, first && alarm};
 }
 
-/// Compares as text and as number. Example: a normal value "0" also matches 0.0.
+/// Compares `value` with the normal value as text and as number: "0" also matches 0.0.
 bool PointWatch::IsNormal(const Value& value) const {
   if (ToText(value) == rule_.normal) return true;
   const auto normal = Decimal::Parse(rule_.normal);

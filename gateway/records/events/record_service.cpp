@@ -67,8 +67,8 @@ void RecordService::Start() {
   Do(std::move(steps));
 }
 
-/// Finds the entry by the names of the device and the record, because the device can have moved to
-/// another line. Returns the entry of a removed device if no other device has the name: a reload is
+/// Finds the Debt by the names of the device and the record, because the device can have moved to
+/// another line. Returns the Debt of a removed device if no other device has the name: a reload is
 /// then under way, and TakeOver follows.
 RecordService::Debt* RecordService::Find(const events::OwedRecord& owed) {
   Debt* gone = nullptr;

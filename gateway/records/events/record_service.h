@@ -39,8 +39,8 @@ class RecordService {
   static constexpr int kTries = 5;
   static constexpr Duration kAgain = 5s;
   static constexpr Duration kWaitForPoints = 30s;
-  /// If the device is not drained for this time after its values were read, the values are stored
-  /// with quality "uncertain", because they may belong to a later event.
+  /// If the device is not drained (OnDrained) for this time after its values were read, the values
+  /// are stored with quality "uncertain", because they may belong to a later event.
   static constexpr Duration kUnproven = 1min;
 
   struct Ends {

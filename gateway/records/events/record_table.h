@@ -56,7 +56,7 @@ class RecordTable {
   records::Statement drop_owed_;
 };
 
-// Selects stored records for ReadRecords. The file can contain anything, so every field is checked.
+// RecordQuery selects stored records for ReadRecords, which checks every field of the file.
 struct RecordQuery {
   std::string kind{};
   std::int64_t after = 0;

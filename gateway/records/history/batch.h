@@ -1,10 +1,10 @@
 // `Batch` is what the recorder passes to the files: value changes (entries), means over time spans
 // that have ended (trends), and the runs that they belong to.
 //
-// A run is a period in which the history contains every change. A new run begins when the gateway
-// starts, after values were dropped, when the clock of the machine was set, and after a standstill
-// of the process. The time between two runs is a gap. Within a run the times of a point increase.
-// The numbers of runs always increase, whatever the clock shows.
+// A run is a period in which the history lacks no entry. A new run begins when the gateway starts,
+// after values were dropped, when the clock of the machine was set, and after a standstill of the
+// process. The time between two runs is a gap. Within a run the times of a point increase. The
+// numbers of runs always increase, whatever the clock shows.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -78,8 +78,7 @@ struct Trend {
 /// Merges two parts of the same span. `later` directly follows `trend`, which receives the result.
 void Merge(Trend& trend, const Trend& later);
 
-/// Computes the trends of one point for one width. Times must not decrease between two calls of
-/// Forget.
+/// Computes the trends of one point for one width. Times must not decrease, except after Forget.
 class Rollup {
  public:
   explicit Rollup(Millis width) : width_(width) {}
@@ -110,7 +109,8 @@ inline constexpr std::array<std::string_view, 4> kRunBegins = {"started", "dropp
 inline std::string_view Name(RunBegin why) { return kRunBegins[static_cast<std::size_t>(why)]; }
 
 struct Run {
-  /// Number of the run, from 1; the recorder counts from the start of the gateway.
+  /// Number of the run, from 1. The recorder counts from 1 at each start of the gateway;
+  /// PendingValues adds the last number in the files.
   std::int64_t number = 0;
   Millis began = 0;
   Millis until = 0;  ///< the history is complete until this time

@@ -65,8 +65,8 @@ double Number(ValueForm form, std::int64_t whole) {
                                          : number * kScales[form.decimals];
 }
 
-/// Returns `number` as a whole number of this form; empty: the whole number would not restore
-/// `number` exactly.
+/// Returns the whole number that stands for `number` in this form (ValueCode::divided or scaled);
+/// empty: the whole number would not restore `number` exactly.
 std::optional<std::int64_t> WholeOf(ValueForm form, double number) {
   const double whole = number * kPowers[form.decimals];
   if (!(std::abs(whole) < kMostWhole)) return std::nullopt;

@@ -25,8 +25,8 @@
 
 namespace baudgate::history {
 
-// `ColumnWriter` and `ColumnReader` write and read numbers of variable length, for the columns of a
-// chunk.
+// `ColumnWriter` and `ColumnReader` write and read the columns of a chunk: numbers of variable
+// length, and texts.
 
 /// Maps 0, -1, 1, -2 … to 0, 1, 2, 3 …, so that small numbers of either sign are short.
 constexpr std::uint64_t ZigZag(std::int64_t number) {

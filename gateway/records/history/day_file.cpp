@@ -265,7 +265,7 @@ std::int64_t DayFile::IdOf(PointNumber point) {
 
 bool DayFile::Write(const std::vector<Sample>& samples, const std::vector<Run>& runs) {
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
-  // Points and their numbers in the file; valid only after the commit.
+  // The points that are new in the file, with their numbers, which are valid only after the commit.
   std::vector<std::pair<PointNumber, std::int64_t>> fresh;
   records::Statement& insert = insert_[table_];
   bool ok = true;

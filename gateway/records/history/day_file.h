@@ -35,9 +35,8 @@ class OpenRows {
   void Add(const Sample& sample);
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  Millis oldest() const {
-    return oldest_;
-  }  ///< time of the oldest entry; valid if there is an entry
+  /// The time of the oldest entry; valid if there is an entry.
+  Millis oldest() const { return oldest_; }
 
   /// Moves about `entries` entries to `out`, as chunks. Returns false if memory is short.
   bool Pack(std::size_t entries, std::vector<Chunk>& out);
@@ -87,8 +86,8 @@ class PointFile {
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
   records::OpenFile::Look LookAt() { return open_.LookAt(*database_); }
-  /// Checks the whole file, because a reader has found damage. Returns what is damaged; empty:
-  /// nothing.
+  /// Reads and checks the whole file. To be called if a reader has found damage. Returns what is
+  /// damaged; empty: nothing is damaged.
   std::optional<std::string> Damage() { return database_->Damage(); }
   const std::filesystem::path& path() const { return path_; }
 
@@ -127,8 +126,8 @@ class DayFile final : public PointFile {
   /// aside.
   Opened Open(const std::string& damage = {});
 
-  /// Writes samples as rows, and the runs; all or nothing. The run numbers must be those of the
-  /// files.
+  /// Writes samples as rows, and the runs; all or nothing. The run numbers must already be those of
+  /// the files (PendingValues).
   bool Write(const std::vector<Sample>& samples, const std::vector<Run>& runs);
 
   /// Begins to pack the present rows; new rows go to the other table. Must not be called while

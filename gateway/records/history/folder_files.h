@@ -36,7 +36,7 @@ struct FolderFiles {
 FolderFiles ListFiles(const std::filesystem::path& folder);
 
 /// Returns the size above which files are deleted. It is below `limit`, because sizes are checked
-/// once a second and a commit can be large.
+/// at most once a second, and one commit can be large.
 constexpr std::uint64_t Ceiling(std::uint64_t limit) {
   constexpr std::uint64_t kCommit = 10'000'000;
   return limit - std::max(limit / 100, std::min(limit / 10, kCommit));
@@ -70,19 +70,19 @@ class SureTime {
  public:
   /// The clock is trusted after it has run for this time without being set.
   static constexpr Duration kSettled = kDay * 1ms;
-  /// The clock was set if, between two calls of Look, it and the elapsed time differ by more than
-  /// this.
+  /// The clock counts as set if it and the monotonic clock differ by more than this in the time
+  /// between two calls of Look.
   static constexpr Duration kStep = 1min;
 
   /// `newest`: the beginning of the newest day that has a file; empty: there is no file.
   void Begin(Now now, std::optional<Millis> newest);
-  /// Returns a time that is not later than `now`; empty: the clock cannot be trusted yet. To be
-  /// called about every second.
+  /// Returns the time by which the age of files is judged, not later than `now`; empty: the clock
+  /// cannot be trusted yet. To be called about every second.
   std::optional<Millis> Look(Now now);
 
  private:
   Instant began_;
-  Millis latest_ = 0;  // the latest trusted time at Begin
+  Millis latest_ = 0;  // the end of the newest stored day, or the clock at Begin
   Now last_{};
   Instant settles_;
 };

@@ -250,7 +250,7 @@ Status HistoryFiles::WriteTrends(const std::vector<TrendRow>& trends, const std:
   return {};
 }
 
-/// Logs what the check has found. Returns true if the file must be closed. A damaged file is logged
+/// Logs what LookAt has found. Returns true if the file must be closed. A damaged file is logged
 /// later, when it is put aside.
 bool HistoryFiles::NoteLook(const records::OpenFile::Look& look,
                             const std::filesystem::path& path) {

@@ -94,9 +94,9 @@ class HistoryFiles {
                      std::optional<Millis> sure);
   std::int64_t last_run() const { return last_run_; }
 
-  /// Checks that all open files still exist and are undamaged; closes the others.
+  /// Closes open files that were removed, replaced or damaged.
   void Look();
-  /// Checks the whole content of the named files that are open, because readers have found damage.
+  /// Checks the whole content of the open files among `files`, in which readers have found damage.
   void Check(const std::set<std::string>& files);
   bool TakeLost() { return std::exchange(lost_, false); }
 

@@ -203,8 +203,6 @@ HistoryLog::~HistoryLog() {
                             state.trouble));
 }
 
-// ---------------------------------------------------------------- the recording thread
-
 Instant HistoryLog::Record(bool last) {
   recorder_.Wait(last);
   std::size_t room = 0;
@@ -232,8 +230,6 @@ void HistoryLog::HandOver(Batch&& batch) {
     state.counters = recorder_.counters();
   });
 }
-
-// ---------------------------------------------------------------- the writing thread
 
 bool HistoryLog::AreTaken(Instant now) {
   if (!options_.taken || !options_.taken()) return false;

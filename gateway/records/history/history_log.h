@@ -39,8 +39,8 @@ class ValueStore {
   /// Opens the files that are needed now. To be called before the first batch, and again after a
   /// failure.
   Status Open(Now clocks);
-  /// Adds the batch to the values that wait, and writes as many of them as possible. The others
-  /// wait for the next call. `last`: this is the last call.
+  /// Adds the batch to the values that wait, and writes as many of them as possible. Values that
+  /// cannot be written wait for the next call. `last`: this is the last call.
   Status Write(Batch&& batch, Now clocks, bool last = false);
   void Check(const std::set<std::string>& files) { files_.Check(files); }
   bool waits() const {
@@ -79,7 +79,7 @@ class ValueStore {
 
 class HistoryLog {
  public:
-  /// The interval of commits. A power cut loses at most the values of this time.
+  /// The interval of commits. A power cut loses the values since the last commit.
   static constexpr Duration kCommit = 1s;
   /// Changes that come within this time are read together.
   static constexpr Duration kLook = 20ms;
@@ -96,7 +96,8 @@ class HistoryLog {
     /// Checks that the folder exists and belongs to the gateway; called before files are opened.
     /// Empty: no check.
     std::function<Status()> ready{};
-    /// Returns true while an earlier log still writes to the files. Empty: there is no earlier log.
+    /// Returns true while the HistoryLog before a reload still writes the files. Empty: there was
+    /// none.
     std::function<bool()> taken{};
     std::string vfs{};
     std::function<Now()> clocks;
@@ -106,7 +107,7 @@ class HistoryLog {
     std::function<void(const std::string&)> inform;
   };
   explicit HistoryLog(Options options);
-  /// Writes all values that wait, however long the disk takes.
+  /// Writes all values that wait, however long the disk takes; warns if values are lost.
   ~HistoryLog();
 
   /// The values and state of this history. The view can be used after this object is destroyed.
@@ -123,14 +124,14 @@ class HistoryLog {
   const Options options_;
   const std::shared_ptr<HistoryView> view_;
   ChangeRecorder recorder_;
-  // For the writing thread only.
+  // Only the writing thread uses files_, look_at_ and waits_since_.
   ValueStore files_;
   Instant look_at_{};
   std::optional<Instant> waits_since_;  // since when this log waits for an earlier log to end
   Mutex mutex_;
   BatchQueue queue_ BAUDGATE_GUARDED_BY(mutex_);
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
-  // Stored values of the present run are lost.
+  // True: stored values of the present run are lost, so the recorder must begin a new run.
   bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
   Worker writing_;

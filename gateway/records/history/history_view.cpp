@@ -344,7 +344,7 @@ class TrendReader {
 
 Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
                              bool* damaged) {
-  TrendQuery whole = query;  // begins at the beginning of a span
+  TrendQuery whole = query;  // `since` is changed to the beginning of a span
   whole.since = FloorTo(query.since, query.every);
   // ReadOnce reads in one transaction, so an hour that ends meanwhile is counted only once.
   return records::ReadOnce(folder / kTrendsFile, damaged, [&](records::Database& database) {
@@ -436,7 +436,7 @@ namespace {
 /// The value at the beginning of a chart is searched this far back, because an unchanged value is
 /// usually stored again within this time (max_gap).
 constexpr Millis kLookBack = kHour;
-// Above this number of pages, minutes are used instead of values.
+// A chart that would need more pages of values than this is computed from the means over minutes.
 constexpr std::size_t kMostPages = 200;
 
 constexpr std::array<Millis, 8> kSteps = {1 * kSecond,  2 * kSecond,  5 * kSecond,  10 * kSecond,

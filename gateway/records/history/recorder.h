@@ -34,7 +34,7 @@ bool IsKept(const LogRule& rule, const Entry* last, const Entry& now);
 
 struct RecorderCounters {
   std::uint64_t readings = 0;
-  /// Readings that were replaced by later readings before the recorder looked.
+  /// Readings that were replaced by later readings before the recorder read them.
   std::uint64_t merged = 0;
   std::uint64_t kept = 0;
   std::uint64_t dropped = 0;  ///< entries that were dropped because the queue was full
@@ -42,9 +42,11 @@ struct RecorderCounters {
 
 class Recorder {
  public:
-  /// The clock was set if, between two looks, it and the elapsed time differ by more than this.
+  /// The clock counts as set if it and the monotonic clock differ by more than this in the time
+  /// between two calls of Take or Tick.
   static constexpr Duration kStep = 250ms;
-  /// If more than this time has passed between two looks, the process or its machine stood still.
+  /// If more than this time has passed between two calls of Take or Tick, the process or its
+  /// machine stood still.
   static constexpr Duration kStandstill = 5s;
   /// A minute or an hour is closed this long after its end, so that late readings are included.
   static constexpr Millis kSettle = 2 * kSecond;
@@ -99,13 +101,13 @@ class Recorder {
   void Roll(Each each, Batch& out);
 
   const bus::PointStore& store_;
-  // Indices: device in the store, point in the device.
+  // Indices: device in the store, point in the device. Value: number of the point, or kNone.
   std::vector<std::vector<PointNumber>> numbers_;
   std::vector<Point> points_;
   Run run_;
   bool recording_ = true;
   std::size_t room_ = 0;
-  Now last_;  // both clocks at the last look
+  Now last_;  // both clocks at the last call of Take or Tick
   std::vector<Seen> seen_;
   std::vector<Trend> ended_;
   RecorderCounters counters_;

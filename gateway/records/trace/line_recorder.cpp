@@ -58,8 +58,6 @@ void LineRecorder::Exchange::Keep(Item item, View content) {
   }
 }
 
-// ---------------------------------------------------------------- from the line
-
 void LineRecorder::OnSent(std::uint32_t device, const protocols::Request& request, Now now) {
   const MutexLock lock(mutex_);
   Begin();
@@ -114,8 +112,6 @@ void LineRecorder::OnPort(const std::string& text, Now now) {
 bool LineRecorder::IsQuotable(Now now) const {
   return !last_secret_ || now.instant - *last_secret_ > kNoReasons;
 }
-
-// ---------------------------------------------------------------- the ring
 
 LineRecorder::Exchange& LineRecorder::Begin() {
   newest_ = (newest_ + 1) % kExchanges;
@@ -210,8 +206,6 @@ std::string LineRecorder::NameOf(std::uint32_t device) const {
   return device >= bus::kFirstSlave ? bus::SlaveName(device)
                                     : line_.devices[device - first_device_].name;
 }
-
-// ---------------------------------------------------------------- readers
 
 void LineRecorder::Tell(const TraceRecord& record) {
   std::erase_if(readers_, [&](const std::weak_ptr<TraceQueue>& reader) {

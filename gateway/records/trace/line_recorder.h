@@ -1,8 +1,7 @@
 // `LineRecorder` is the flight recorder of one line and the source of its live traces: it contains
 // the last exchanges as they were on the wire, without secrets, and decides when they are saved to
 // a file. gateway/bus/exchange/line.h calls it as a Tap, gateway/lines/line_reporter.cpp reports
-// states, and gateway/outputs/control reads it. No I/O; it reads no clock. `Recordings` writes the
-// files.
+// states, and gateway/outputs/control reads it. No I/O; it reads no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,8 +34,8 @@ struct Recording {
 class LineRecorder final : public bus::Tap {
  public:
   static constexpr std::size_t kExchanges = 64;
-  /// The limit of stored bytes of one exchange and of what follows it. Further bytes are only
-  /// counted.
+  /// The limit of stored bytes of one Exchange, which ends before the next request. Further bytes
+  /// are only counted.
   static constexpr std::size_t kMostBytes = 1024;
   /// The limit of stored pieces and notes of one exchange. If it is reached, further received bytes
   /// are added to the last piece.
@@ -44,8 +43,8 @@ class LineRecorder final : public bus::Tap {
   /// For this time after a request with secrets, the reasons of failures are left out: a reason can
   /// quote the reply, and later requests of the same task can have no secrets of their own.
   static constexpr Duration kNoReasons = 5s;
-  /// If a line's last exchange ended longer ago than this, the line only listens. Its messages are
-  /// then separated by pauses of kSilence.
+  /// If a line's last exchange ended longer ago than this, the line counts as only listening, and
+  /// pauses of kSilence separate its messages.
   static constexpr Duration kOnlyListens = 10s;
   static constexpr Duration kSilence = 500ms;
   /// A line makes at most one recording in this time, however long its trouble lasts.
@@ -73,9 +72,10 @@ class LineRecorder final : public bus::Tap {
   // The functions below can be called on any thread.
 
   /// Returns the name of the device for users: "feeder-1", or "slave-17" for a slave that only
-  /// routes address.
+  /// transparent routes address.
   std::string NameOf(std::uint32_t device) const;
-  /// Returns a queue that receives every record from now on, until the caller releases it.
+  /// Returns a queue that receives every record from now on, until the caller releases the queue.
+  /// The queue drops records beyond TraceQueue::kMostRecords.
   std::shared_ptr<TraceQueue> Subscribe(std::function<void()> wake);
   std::vector<TraceRecord> Recorded() const;
 
@@ -91,8 +91,8 @@ class LineRecorder final : public bus::Tap {
     WallTime at{};
     Duration round_trip{};
   };
-  /// One request and everything up to the next request. On a line that only listens, one message.
-  /// Stored as bytes, not as text, because most exchanges are never shown.
+  /// One request and all bytes up to the next request, or one message if the line only listens. It
+  /// has bytes, not text, because most exchanges are never shown.
   struct Exchange {
     std::vector<Item> items;
     Bytes bytes;               // bytes of the wire, and the texts of notes
@@ -125,7 +125,7 @@ class LineRecorder final : public bus::Tap {
   std::size_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;
-  // Received bytes are masked: the last request had secrets.
+  // True: received bytes are masked, because the last request had secrets.
   bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);
   std::optional<Instant> received_ BAUDGATE_GUARDED_BY(mutex_);

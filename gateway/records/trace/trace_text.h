@@ -1,7 +1,7 @@
 // `TraceRecord` is a piece of a line's traffic as users see it: direction, time in microseconds,
 // bytes with secrets masked. ToText makes one line of text of it, which `baudgate decode` reads.
 // gateway/records/trace/line_recorder.h makes the records; they go to gateway/outputs/control and
-// to the files of the flight recorder. `TraceHead` describes the line at the top of a trace.
+// to the files of the flight recorder.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,7 +38,7 @@ struct TraceRecord {
   Duration round_trip{};            ///< for `end`
 };
 
-/// One line without its end:
+/// Returns one line without its end, for example:
 ///   04:05:06.123456 feeder-1 > 3E 31 52 49 31 3A 43 43 0D | >1RI1:CC.
 ///   04:05:06.143210 feeder-1 < 3C 31 44 3A ... | <1D:...
 ///   04:05:06.143300 feeder-1 = ok, 19.8 ms
