@@ -17,13 +17,14 @@ namespace baudgate::tools {
 struct StatusOptions {
   std::string target;  ///< "LINE" or "LINE.DEVICE"; empty: all lines
   bool json = false;
-  std::string socket{};  ///< empty: the only gateway that answers in the default places
+  std::string socket{};  ///< path of the control socket; empty: the only running gateway is used
   std::optional<TableView> terminal{};  ///< empty: plain text
-  bool watch = false;                   ///< true: redraw the status, see RunStatusWatch
-  std::optional<Duration> seconds{};    ///< with `watch`: end after this time
+  bool watch = false;
+  std::optional<Duration> seconds{};  ///< with `watch`: end after this time
 };
 
-/// Exit codes: 0 done; 2 unknown line or device; 4 no gateway answers.
+/// Exit codes: 0 done; 2 unknown line or device; 4 no gateway answers, or it has another version,
+/// so that its answer cannot be shown.
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err);
 
 /// Returns one screen of `status --watch`, the lines and devices with the worst troubles first. A

@@ -19,8 +19,8 @@ namespace baudgate::tools {
 /// long.
 int RunDaemon(const std::string& file, const config::Catalog& catalog);
 
-/// Runs a gateway with this configuration until SIGTERM or SIGINT. `reload` empty: no file can be
-/// reloaded. The exit codes are those of RunDaemon.
+/// Runs a gateway with this configuration until SIGTERM or SIGINT. If `reload` is empty, the
+/// configuration cannot be reloaded. Returns the exit codes of RunDaemon.
 int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog);
 

@@ -110,7 +110,8 @@ void PrintTimes(const config::Line& line, const config::Catalog& catalog, std::o
   }
 }
 
-/// Prints the cost of reading twice, which is necessary for protocols with weak checksums.
+/// Prints how many points are read twice, and what this costs. A second reading is necessary for
+/// protocols with weak checksums.
 void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
   std::size_t points = 0;
   std::size_t jumps = 0;

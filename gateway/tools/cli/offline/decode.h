@@ -1,6 +1,6 @@
 // `baudgate decode`: decodes captured exchanges with the rules and codecs of the daemon. It reads
-// lines "> hex" (request) and "< hex" (reply or a part of it), and the formats of `baudgate trace`
-// and the flight recorder; other lines are comments.
+// lines "> hex" (request) and "< hex" (a reply or a part of a reply), the output of `baudgate
+// trace`, and the content of the flight recorder; other lines are comments.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -348,8 +348,8 @@ Judged Judge(const std::string& text, const std::string& file, const protocols::
   return {&protocol, config::LoadProfileText(text, file, name, protocol, catalog)};
 }
 
-/// Checks the file as a profile of the protocol that its folder names; else of the protocol with
-/// the fewest errors.
+/// Checks the file as a profile of the protocol after which its folder is named. If there is no
+/// such protocol, checks it for each protocol and returns the result with the fewest errors.
 Judged JudgeByContent(const std::string& text, const std::string& file,
                       const config::Catalog& catalog) {
   const std::string folder = fs::absolute(file).parent_path().filename().string();

@@ -29,7 +29,8 @@ Status CheckTarget(const std::string& target);
 class LineLoan {
  public:
   /// Borrows the port of a line. Null: this has failed, `code` is the exit code, and the reason was
-  /// printed on `err`. `socket` as in ReleaseOptions.
+  /// printed on `err`. `socket`: path of the control socket; empty: the only running gateway is
+  /// used.
   static std::unique_ptr<LineLoan> Take(const std::string& line, const std::string& socket,
                                         std::ostream& err, int& code);
   ~LineLoan();

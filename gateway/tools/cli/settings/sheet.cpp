@@ -136,7 +136,8 @@ Setting ReadSetting(const config::YamlNode& node, config::Problems& problems) {
   config::Assign(setting.unit, map.Label("unit"));
   if (const auto scale = map.Number("scale")) setting.scale = scale->ToDouble();
   config::Assign(setting.quality, map.Label("quality"));
-  map.Label("age");  // read and ignored: it is only for people
+  // The age is written for the reader of the file and has no effect here.
+  map.Label("age");
   setting.known = setting.value && setting.quality.empty();
   map.Finish();
   return setting;
@@ -257,7 +258,7 @@ Comparison Compare(const Sheet& file, const Sheet& now) {
   Comparison comparison;
   for (const Setting& filed : file.settings) {
     const Setting* const here = now.Find(filed.point);
-    if (here == nullptr) continue;  // CheckFit has reported this
+    if (here == nullptr) continue;  // CheckFit reports this setting
     if (!filed.known) {
       comparison.open.push_back(filed.point + " (" + filed.item +
                                 ") was not known when the file was written");

@@ -18,8 +18,8 @@ struct Setting {
   /// The value in the point's unit; empty: unknown.
   std::optional<std::string> value;
   std::string unit;
-  double scale = 1;     ///< `value` divided by the device's raw number, with `ratios`
-  bool known = false;   ///< true: `value` is the device's present value, not an older one
+  double scale = 1;    ///< `value` divided by the device's number; includes the configured `ratios`
+  bool known = false;  ///< true: `value` is the device's present value, not an older one
   std::string quality;  ///< "good", "uncertain: last usable", …
   std::optional<Duration> age;
   // The following members are not stored in files.
@@ -34,8 +34,9 @@ struct Sheet {
   std::string device;
   std::string protocol;
   std::string profile;
-  std::string designation;  ///< the device's designation; empty: unknown
-  std::string time;         ///< when the sheet was read; ISO 8601, UTC
+  /// the type that the device reports, "SPAJ 140 C"; empty: not known yet
+  std::string designation;
+  std::string time;  ///< when the sheet was read; ISO 8601, UTC
   std::vector<Setting> settings;
   config::Mark mark;
 
