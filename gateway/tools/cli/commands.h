@@ -31,7 +31,6 @@ using Action = std::function<int(const config::Catalog&)>;
 void AddCommands(CLI::App& app, Action& action);
 void AddClientCommands(CLI::App& app, Action& action);
 void AddBusCommands(CLI::App& app, Action& action);
-/// Adds the subcommands simulate, profiles, read and bridge.
 void AddDeviceCommands(CLI::App& app, Action& action);
 
 /// True if `word` is in the place of a subcommand but is no subcommand. The caller then lists the

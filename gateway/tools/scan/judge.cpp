@@ -26,8 +26,8 @@ std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, 
   return frames;
 }
 
-/// Returns the verdict about the frames in `bytes`: a device if a frame proves one, else `maybe` if
-/// a frame can be an echo; empty: no frame gives a verdict.
+/// Returns the best verdict about the frames in `bytes`: `device`, else `maybe`; empty: no frame
+/// gives a verdict.
 std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View request,
                                   View bytes) {
   std::optional<Verdict> verdict;

@@ -51,13 +51,13 @@ struct Verdict {
   /// Set if bit 7 of each byte of the reply is a parity bit: the device sends 7 data bits with this
   /// parity.
   std::optional<config::Parity> parity{};
-  /// for `foreign` and `other`: what was recognised, a sentence without a full stop
+  /// For `foreign` and `other`: what was recognised, a sentence without a full stop.
   std::string text{};
 };
 
 Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gathered& gathered);
 
-/// What is known about traffic on the line before the scan sends anything.
+/// Traffic on the line before the scan sends anything, as far as it is known.
 struct Talk {
   bool known = false;  ///< true: the traffic was recognised as that of a master
   std::string text{};  ///< description: a sentence without a full stop
@@ -79,14 +79,14 @@ struct Found {
   bool assumed = false;    ///< true: `profile` is the usual profile of the protocol, not proven
   std::string point{};     ///< a point of such devices, see protocols::Sighting::point
   unsigned unit = 0;       ///< Modbus unit, 1…247; 0: no unit is free
-  /// true: two devices may have this address, so it is written with `enabled: false`
+  /// True: two devices may have this address, so it is written with `enabled: false`.
   bool suspect = false;
   std::vector<std::string> remarks{};
 };
 
 struct Report {
   std::vector<Found> found{};
-  /// true: the port is a serial server, so the scan cannot change the serial settings
+  /// True: the port is a serial server, so the scan cannot change the serial settings.
   bool network = false;
   bool echo = false;
   bool asked = false;

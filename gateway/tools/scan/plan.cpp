@@ -159,8 +159,8 @@ std::vector<Sweep> ThoroughSweeps(const Wish& wish,
   const auto has_answered = [&](const config::SerialSettings& serial) {
     return std::ranges::any_of(answered, [&](const auto& one) { return SameWire(one, serial); });
   };
-  // The sweeps with settings at which devices have answered come first. The sweeps with the first
-  // setting of each protocol follow.
+  // First come sweeps at settings at which devices have answered, then sweeps at the first setting
+  // of each protocol.
   for (const bool first : {true, false}) {
     for (std::size_t i = 0; i < wish.tongues.size(); ++i) {
       const protocols::ScanRule& rule = wish.tongues[i].rule();
@@ -214,8 +214,8 @@ std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& s
       others.push_back(other);
     }
   }
-  // A pty does not store data bits, so a simulated device answers at 7E1 and at 8E1. The scan takes
-  // the first format that works, so the usual formats of the protocol come first.
+  // A pty ignores data bits, so 7E1 and 8E1 both work there. The scan takes the first format that
+  // works, so the protocol's usual formats come first.
   std::stable_partition(others.begin(), others.end(), is_listed);
   return others;
 }

@@ -56,7 +56,8 @@ struct TableRow {
 
 struct TableView {
   std::size_t width = 0;  ///< characters in a line; 0 = no limit
-  /// Number of lines, with the head; 0: no limit. Rows that do not fit are counted.
+  /// The number of lines, with the head; 0: no limit. If rows do not fit, the last line tells how
+  /// many.
   std::size_t height = 0;
   bool colour = false;
 };
@@ -78,8 +79,7 @@ struct PointRow {
   bool gone = false;            ///< true: the point's gateway no longer publishes it
 };
 
-/// Renders device, point, value, unit, quality and age. The device's name is only in the first row
-/// of the device.
+/// The device's name is only in the first row of the device.
 std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& view);
 
 /// Returns the size of the terminal of `descriptor`; nullopt: it is not a terminal. `colour` is

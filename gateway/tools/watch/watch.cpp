@@ -141,7 +141,8 @@ class Watch {
       publishers_.Tick(now);
       for (const Remark& remark : publishers_.TakeRemarks()) Tell(remark);
       if (signals.Came()) return AtEnd();
-      if ((waited[0].revents & POLLIN) != 0) next_draw_ = now;  // the terminal was resized
+      // The signal is SIGWINCH: the terminal was resized.
+      if ((waited[0].revents & POLLIN) != 0) next_draw_ = now;
       if (options_.once) {
         if (!image_.empty() && now - last_new_ >= kSettled) return PrintImage();
         if (image_.empty() && now >= GiveUpAt()) return NothingHeard();
@@ -254,8 +255,8 @@ class Watch {
     return text;
   }
 
-  /// Returns when `once` gives up. If only samples that the filter drops have come, it gives up
-  /// early, because the network works; if no sample has come, it gives up late.
+  /// Returns when `once` gives up. If samples have come but the filter has dropped all, the network
+  /// works, so it gives up early; if no sample has come, it gives up late.
   Instant GiveUpAt() const {
     const Instant latest = started_ + options_.first_sample_timeout;
     return filtered_ > 0 ? std::min(latest, first_filtered_ + kOthersOnly) : latest;

@@ -35,7 +35,7 @@ class ControlClient {
 
   enum class Got { line, end, timeout, stopped };
   /// Waits for a whole line until `until` (empty: without limit), or until `stop_descriptor` is
-  /// readable. If `until` is more than 1000 s away, returns Got::timeout after 1000 s.
+  /// readable. Got::timeout comes after 1000 s at the latest, unless `until` is empty.
   Got ReadLine(std::string& line, std::optional<Instant> until, int stop_descriptor = -1);
 
  private:
@@ -51,11 +51,10 @@ std::string CureOfSilence(int process);
 
 inline constexpr int kNoDaemon = 4;
 
-/// Connects to the gateway. If this fails, prints the reason on `err` and returns nothing.
 std::optional<ControlClient> ConnectOrTell(const std::string& socket, std::ostream& err);
 
-/// Sends the request and waits for the answer, at most 10 s. Returns the exit code: 0 done; 2 the
-/// gateway refuses; kNoDaemon: no valid answer, or the gateway is busy. Prints a failure on `err`.
+/// Sends the request and waits up to 10 s for the answer. Prints a failure on `err`. Returns the
+/// exit code: 0 done; 2 refused; kNoDaemon: no answer, or the gateway is busy.
 int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
                ControlClient::Json& answer, std::ostream& err);
 

@@ -289,7 +289,6 @@ int RunInUse(const InUseOptions& options, std::ostream& out, std::ostream& err) 
       << (options.in_use
               ? ": in use; the gateway polls it again"
               : ": out of use; the gateway does not poll it, and its points are out of service");
-  // The text is printed only if a restart would undo the command.
   if (answer.value("enabled", true) != options.in_use) {
     out << ". A restart undoes this; to keep it, set 'enabled: "
         << (options.in_use ? "true" : "false") << "' in the configuration";

@@ -30,10 +30,9 @@ struct ReleaseOptions {
   std::string allow{};
 };
 
-/// Releases the port and returns when the gateway has closed it; with `tcp`, when clients can
-/// connect; with `end`, when the loan has ended. After that a script can continue. Exit codes: 0
-/// done; 2 unknown line or a time out of range; 4 no gateway answers, the port does not close, or
-/// no client can connect.
+/// Returns when the gateway has closed the port, with `tcp` when clients can connect, with `end`
+/// when the loan has ended, so that a script can go on. Exit codes: 0 done; 2 unknown line or a
+/// time out of range; 4 no gateway answers, or the port does not close or admits no client.
 int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& err);
 
 struct ReloadCommand {
@@ -75,8 +74,8 @@ struct WriteOptions {
   bool confirm = false;
   bool json = false;
   std::string socket;
-  /// "NAME/NUMBER", chosen by the user, so that the gateway answers a repeated request but does not
-  /// write again; empty: each request is new.
+  /// "NAME/NUMBER", chosen by the user: a repeated request is answered but not written again;
+  /// empty: each request is new.
   std::string request{};
 };
 

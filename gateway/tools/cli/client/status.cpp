@@ -20,7 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kParts = 3;  // a frame has three parts: lines, devices, sentences
-// The least number of screen lines of a part: title, two rows, and the number of rows left out.
+// The least height of a part: title, two rows, and the number of rows left out.
 constexpr std::size_t kLeastPart = 4;
 constexpr std::size_t kNoLimit = 1000;
 

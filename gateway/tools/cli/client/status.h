@@ -23,8 +23,7 @@ struct StatusOptions {
   std::optional<Duration> seconds{};  ///< with `watch`: end after this time
 };
 
-/// Exit codes: 0 done; 2 unknown line or device; 4 no gateway answers, or it has another version,
-/// so that its answer cannot be shown.
+/// Exit codes: 0 done; 2 unknown line or device; 4 no gateway answers, or one of another version.
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err);
 
 /// Returns one screen of `status --watch`, the lines and devices with the worst troubles first. A

@@ -230,7 +230,7 @@ std::vector<std::string> AdviceOf(const Json& status) {
   for (const Json& route : PartOf(modbus, "routes")) {
     add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
   }
-  for (const auto& [name, section] : status.items()) {  // in the order of the gateway's answer
+  for (const auto& [name, section] : status.items()) {
     if (section.is_object() && section.contains("advice"))
       add(name == "dds" ? "DDS" : name, section);
   }

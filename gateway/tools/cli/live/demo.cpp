@@ -106,9 +106,8 @@ std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
   return lines;
 }
 
-/// Makes the configuration of the demo. If another demo uses the port on this machine, `port` is
-/// not the usual one: then the gateway gets another name too, because the name is the key of its
-/// DDS samples.
+/// Makes the configuration of the demo. If another demo uses the usual port, `port` is different
+/// and becomes a part of the gateway's name, which is the key of its DDS samples.
 Result<config::Config> DemoConfig(const config::Catalog& catalog,
                                   const std::filesystem::path& directory,
                                   const DemoOptions& options, std::uint16_t port,

@@ -40,8 +40,8 @@ constexpr auto kLookEvery = 1000ms;
 /// The daemon must stop within this time, which is shorter than TimeoutStopSec of the service.
 constexpr auto kStopWithin = 4s;
 
-/// Returns the interval of reports to systemd: a tenth of WatchdogSec, at most 1 s. systemd acts
-/// when nine reports in a row are missing.
+/// Returns the interval of reports to systemd: a tenth of WatchdogSec, at most 1 s, so that systemd
+/// acts only when at least nine reports in a row are missing.
 timespec LookInterval(std::uint64_t watchdog_us) {
   auto interval = std::chrono::microseconds(kLookEvery);
   if (watchdog_us > 0) interval = std::min(interval, std::chrono::microseconds(watchdog_us) / 10);

@@ -30,8 +30,8 @@ struct CertsOptions {
   int writers = 0;
 };
 
-/// Exit codes: 0 done; 2 invalid name; 4 a file exists already or cannot be written, or there is an
-/// authority already and no identity is requested.
+/// Exit codes: 0 done; 2 invalid name; 4 a file exists already or cannot be written, or no identity
+/// is requested for an existing authority.
 int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

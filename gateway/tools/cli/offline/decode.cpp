@@ -21,8 +21,8 @@ struct Captures {
   std::vector<diagnosis::Capture> exchanges;
 };
 
-/// True if `piece` belongs to the same message as the bytes in `capture`. A message that a device
-/// sends unasked ends with a pause of more than kApart.
+/// True if `piece` belongs to the message in `capture`. A pause of more than kApart ends a message
+/// that was sent unasked.
 bool Continues(const diagnosis::Capture& capture, const diagnosis::TraceLine& piece) {
   if (!capture.unasked || piece.time.empty()) return true;
   return diagnosis::Between(capture.heard_at, diagnosis::TimeOfDay(piece.time)) <=
@@ -88,7 +88,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   return {};
 }
 
-/// Reads all captures. The error contains the number of the line that is not hex.
+/// The error contains the number of the line that is not hex.
 Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;
@@ -103,8 +103,7 @@ Result<Captures> ReadCaptures(std::istream& in) {
   return captures;
 }
 
-/// Makes a decoder. The error names the wrong protocol, profile or option. `catalog` must outlive
-/// the decoder.
+/// The error names the wrong protocol, profile or option. `catalog` must outlive the decoder.
 Result<diagnosis::ExchangeDecoder> MakeDecoder(const records::TracedDevice& traced,
                                                const config::Catalog& catalog) {
   // The decoder gets the address from each request; the address given here must only be valid.

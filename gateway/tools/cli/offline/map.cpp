@@ -301,8 +301,7 @@ class Area {
     return fmt::format("%{}X{}.{}", letter_, 2 * bits_.base + bit / 8, bit % 8);
   }
 
-  /// Prints comments that tell which registers and bits the PLC's Modbus client must copy, and to
-  /// which address.
+  /// Prints comments with the registers and bits that the PLC's Modbus client must copy.
   void PrintOrders(std::ostream& out) const {
     const bool input = letter_ == 'I';
     if (words_.size() > 0) {

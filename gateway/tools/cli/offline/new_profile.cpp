@@ -330,8 +330,8 @@ constexpr std::string_view kOfWindows[] = {
     "?",      "\u2018", "\u2019", "\u201C", "\u201D", "\u2022", "\u2013", "\u2014",
     "\u02DC", "\u2122", "\u0161", "\u203A", "\u0153", "?",      "\u017E", "\u0178"};
 
-/// Converts text to UTF-8. Text that is not UTF-8 is taken for Windows-1252, because spreadsheets
-/// write one of these two.
+/// Converts text to UTF-8. Text that is not UTF-8 is taken for Windows-1252, as spreadsheets write
+/// it.
 std::string AsUtf8(const std::string& text) {
   if (FirstNotUtf8(text) == std::string::npos) return text;
   std::string utf8;

@@ -43,8 +43,8 @@ struct RegisterList {
   std::vector<ListedPoint> points;
   std::vector<std::string> errors;    ///< "list.csv:3: …"; with an error, no profile is made
   std::vector<std::string> warnings;  ///< "list.csv:3: …"
-  /// The range of the register numbers whose meaning depends on FirstRegister, "40001…40051";
-  /// empty: every number has its table in words ("holding 12").
+  /// The range of register numbers that only FirstRegister explains, "40001…40051"; empty: there
+  /// are none.
   std::string numbers;
 };
 

@@ -25,8 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How many folders of /sys to search for a port's driver and USB adapter, from the port's folder
-/// upwards. The folders further up belong to hubs.
+/// How many folders above a port's folder in /sys are searched for its USB adapter. Higher folders
+/// are hubs.
 constexpr int kMostLevels = 6;
 constexpr int kMostLinks = 8;
 

@@ -29,7 +29,7 @@ struct AskOptions {
 };
 
 /// Exit codes: 0 a reply came; 1 no reply came; 2 a value is invalid, or the telegram may write and
-/// `write` is false; 4 nothing was sent, because the port cannot be opened or no gateway answers.
+/// `write` is false; 4 nothing was sent: no such port, or no gateway.
 int RunAsk(const AskOptions& options, const config::Catalog& catalog, std::ostream& out,
            std::ostream& err);
 

@@ -27,7 +27,7 @@ struct WriteReport {
 class PointWriter {
  public:
   virtual ~PointWriter() = default;
-  /// Writes a value. `point`: LINE.DEVICE.POINT. `value`: in the point's unit.
+  /// `point`: LINE.DEVICE.POINT. `value`: in the point's unit.
   virtual WriteReport Write(const std::string& point, const std::string& value) = 0;
   /// Returns why the write would be denied now; empty: the write would be allowed. Does not write.
   virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;

@@ -34,7 +34,7 @@ struct Sheet {
   std::string device;
   std::string protocol;
   std::string profile;
-  /// the type that the device reports, "SPAJ 140 C"; empty: not known yet
+  /// The type that the device reports, "SPAJ 140 C"; empty: not known yet.
   std::string designation;
   std::string time;  ///< when the sheet was read; ISO 8601, UTC
   std::vector<Setting> settings;
@@ -77,7 +77,7 @@ struct Comparison {
 /// file.
 Status CheckFit(const Sheet& file, const Sheet& now);
 
-/// Compares two sheets. Both must outlive the result.
+/// The sheets must outlive the result.
 Comparison Compare(const Sheet& file, const Sheet& now);
 
 /// True if two values are equal: whole numbers exactly, other numbers within the precision of a
