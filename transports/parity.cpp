@@ -81,7 +81,7 @@ Bytes ParmrkDecoder::Decode(View bytes) {
         } else if (byte == 0x00) {
           state_ = State::after_ff_00;
         } else {
-          // The kernel writes no other byte behind FF, so FF and this byte count as one damaged
+          // The kernel writes no other byte behind FF, so this byte and FF count as one damaged
           // character.
           Damage(characters);
         }

@@ -63,8 +63,7 @@ void PortWatch::Stop() {
   watched_.clear();
 }
 
-/// Sets the watches again, because a link may have changed, or a folder may have been made or
-/// removed.
+/// Sets the watches again, because a link may have changed, or a folder was made or removed.
 bool PortWatch::Renew() {
   const std::vector<WatchedFolder> before = std::exchange(watched_, {});
   std::error_code error;

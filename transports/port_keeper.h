@@ -99,8 +99,8 @@ class PortRetries {
   /// Reports that the port has been opened. A device file then counts as working. A connection to a
   /// serial server does not, because a server that is in use accepts it and then closes it.
   virtual void OnOpened() = 0;
-  /// Reports that data has been exchanged. The next wait is the shortest again, and OnDown takes
-  /// every reason for new.
+  /// Reports that data was exchanged. The next wait is short again, and OnDown takes any reason as
+  /// new.
   virtual void OnWorked() = 0;
   /// Reports that the port is down; it is then opened again at suitable times. Returns true if
   /// `reason` should be logged because it is new. For a device file, a reason is new if it differs
@@ -166,8 +166,7 @@ class PortThread final : private TransportListener {
   PortThread(asio::io_context& server, const std::string& path, const MakePort& make, Owner& owner);
   ~PortThread() override { Stop(); }
 
-  /// Opens the port. Opens it again until Stop, whenever it was absent, could not be opened or is
-  /// lost.
+  /// Opens the port. Opens it again until Stop, whenever it is absent, fails to open or is lost.
   void Start();
   /// Closes the port and ends its thread. Waits as long as the driver blocks. Afterwards no
   /// function of Owner is called.

@@ -111,7 +111,7 @@ Status Lock(int fd, const std::string& port) {
     if (errno == EWOULDBLOCK) return Error{Conflict(port, LockHolder(fd))};
     return Error{"cannot lock " + port + ": " + std::strerror(errno)};
   }
-  // TIOCEXCL of a pty would stay set after our close, as long as the other side is open.
+  // TIOCEXCL of a pty would stay set after this close(), as long as the other side is open.
   if (IsPty(fd)) return {};
   int exclusive = 0;
   // Root can open a port that another program holds exclusively, but must not disturb that program.
@@ -224,8 +224,7 @@ namespace {
 using Descriptor = asio::posix::stream_descriptor;
 
 /// After this number of consecutive requests that were given up before they were sent, the port
-/// counts as stuck. These requests are discarded, so that StreamPump's limits kStall and
-/// kMostUnsent do not detect this.
+/// counts as stuck. They are discarded, so StreamPump's kStall and kMostUnsent do not detect this.
 constexpr int kMostStuck = 5;
 
 class SerialPort final : public Transport {
@@ -272,8 +271,7 @@ class SerialPort final : public Transport {
   std::shared_ptr<StreamPump<Descriptor>> session_;
   std::shared_ptr<char> attempt_;  ///< null: no Open is pending, so a posted TryOpen has no effect
   bool keeps_bit_rate_ = false;
-  /// Consecutive requests that were given up before they were sent, since the last received byte.
-  int stuck_ = 0;
+  int stuck_ = 0;                ///< consecutive requests that were given up before they were sent
   bool passed_on_ = false;       ///< the port is lent to a client
   Instant out_at_{};             ///< when the UART will have sent all bytes that were written
   bool settings_known_ = false;  ///< false: the port may have other settings than `serial_`
@@ -371,7 +369,7 @@ void SerialPort::DropUnsent() {
   const int fd = session_->stream().native_handle();
   const bool held_here = session_->DropUnsent();
   stuck_ = held_here || UnsentOutput(fd) > 0 ? stuck_ + 1 : 0;
-  // Flush even if nothing seems to be left, because a pty does not report its unsent bytes.
+  // The output is flushed even if nothing seems left, because a pty does not report unsent bytes.
   FlushOutput(fd);
   // Only closing the port removes output that the driver cannot discard. EndSoon closes the port.
   if (UnsentOutput(fd) > 0 || stuck_ >= kMostStuck) session_->EndSoon(asio::error::timed_out);

@@ -126,8 +126,7 @@ Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) 
                "direction by itself"};
 }
 
-/// Ignores errors, because many drivers have no such flag: they need none, or have the setting
-/// elsewhere.
+/// Ignores errors: a driver without this flag needs none, or has the setting elsewhere.
 void ApplyLowLatency(int fd, bool wanted) {
   serial_struct driver{};
   if (ioctl(fd, TIOCGSERIAL, &driver) != 0) return;

@@ -56,8 +56,7 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     paused_ = paused;
     if (!paused && !stopped_) Read();
   }
-  /// If `patient`, the stream may accept no data for any time; else it then counts as stuck after
-  /// `stall`.
+  /// If `patient`, the stream may accept no data for any time, else only for `stall`.
   void SetPatient(bool patient) {
     patient_ = patient;
     if (patient) stall_.cancel();
@@ -75,8 +74,7 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     if (bytes.size() > kMostUnsent - queue_.size()) return EndSoon(asio::error::no_buffer_space);
     if (queue_.empty()) ArmStall();
     Append(queue_, bytes);
-    // Write is called even while the pump waits for room, because a flushed pty has room but does
-    // not report it.
+    // Write is called even while AwaitRoom waits, because a flushed pty does not report its room.
     Write();
   }
 

@@ -101,8 +101,7 @@ struct HostNames::State {
   struct Host {
     std::vector<std::shared_ptr<Waiter>> waiters;
     bool running = false;
-    // True: all callers gave up during a look-up, and no look-up with a waiting caller has
-    // succeeded since.
+    // True: all callers gave up during a look-up, and no awaited look-up has succeeded since.
     bool given_up = false;
   };
 
@@ -178,7 +177,7 @@ void HostNames::State::Answer(const std::shared_ptr<Waiter>& waiter,
 
 void HostNames::State::Drop(const std::shared_ptr<State>& state, const std::string& name,
                             const std::shared_ptr<Waiter>& waiter) {
-  Done dropped;  // destroyed outside the locks, because it can own the holder of the ticket
+  Done dropped;  // destroyed outside the locks, because it may own a ticket, whose Drop locks again
   {
     const MutexLock lock(waiter->mutex);
     waiter->io = nullptr;
@@ -328,8 +327,7 @@ class TcpClient final : public Transport {
   std::shared_ptr<StreamPump<tcp::socket>> session_;
   SoftwareParity parity_;
   asio::steady_timer ack_timer_;
-  /// Null: no acknowledgement is awaited, so ack_timer_ has no effect.
-  std::shared_ptr<char> awaiting_;
+  std::shared_ptr<char> awaiting_;  ///< null: no wait is planned, so ack_timer_ has no effect
   Instant sent_at_{};
   /// Requests up to this position of the connection's output were given up.
   std::uint64_t given_up_ = 0;
@@ -467,8 +465,7 @@ std::uint64_t TcpClient::Acknowledged() const {
 
 void TcpClient::AwaitAcknowledgement() {
   awaiting_ = std::make_shared<char>();
-  // If the kernel has not sent all bytes, the peer has no room and acknowledges nothing soon, so do
-  // not wait.
+  // If some bytes are still unsent, the peer has no room and will not acknowledge soon.
   const bool no_room = Queued(session_->stream(), SIOCOUTQNSD) > 0;
   ack_timer_.expires_at(no_room ? Instant{} : sent_at_ + kAckLimit);
   ack_timer_.async_wait([this, awaited = given_up_,

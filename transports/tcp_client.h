@@ -43,13 +43,12 @@ class HostNames {
   using LookUp = std::function<Result<Addresses>(const std::string& host)>;
   using Done = std::function<void(const Result<Addresses>&)>;
 
-  /// The maximum number of concurrent look-ups with a waiting caller; further look-ups wait in a
-  /// queue.
+  /// The maximum number of concurrent look-ups with a waiting caller; further look-ups wait.
   static constexpr std::size_t kMostAwaited = 4;
-  /// A host is given up when no caller waits for its running look-up any more. This look-up then no
-  /// longer counts for kMostAwaited, but all look-ups together are at most kMostAwaited +
-  /// kMostHanging. A host that was given up is looked up again only while fewer than kMostRetried
-  /// look-ups of such hosts run.
+  /// A host is given up when no caller waits for its running look-up any more. The look-up then
+  /// does not count for kMostAwaited, but at most kMostAwaited + kMostHanging look-ups run. A host
+  /// that was given up is looked up again only while fewer than kMostRetried look-ups of such hosts
+  /// run.
   static constexpr std::size_t kMostHanging = 12;
   static constexpr std::size_t kMostRetried = 4;
 

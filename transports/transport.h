@@ -64,8 +64,7 @@ class Transport {
   /// old input. Exactly one OnOpened, OnOpenFailed or OnNoConnection follows, unless Close is
   /// called first.
   virtual void Open() = 0;
-  /// Closes at once and without a callback. If the driver is slow, another thread finishes the
-  /// close.
+  /// Closes at once and without a callback. Another thread finishes the close of a slow driver.
   virtual void Close() = 0;
   virtual bool is_open() const = 0;
   /// Sends all bytes; if that fails, OnLost, OnStuck or OnEnded follows. Must be called only while
@@ -105,8 +104,7 @@ class Transport {
   virtual Status Set(PortSwitch /*which*/, bool /*on*/) {
     return Error{"a connection to a serial server has no DTR, RTS or break"};
   }
-  /// True if bytes take time to transmit, because the port is a tty with a UART. False for a pty
-  /// and for a serial server.
+  /// True if bytes take time to transmit: the port is a tty, no pty and no serial server.
   virtual bool KeepsBitRate() const { return false; }
   /// Returns "serial /dev/ttyUSB0 9600 7E1", for logs.
   virtual std::string Describe() const = 0;

@@ -67,8 +67,8 @@ int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter&
   return 0;
 }
 
-/// Returns until when to wait for the next record: until `until`, or shorter if the printer has
-/// received bytes of which only a pause shows whether they are a whole frame.
+/// Returns when to stop waiting for the next record: at `until`, or soon if the printer has
+/// received bytes, because a pause may show that they are a whole frame.
 std::optional<Instant> NextLook(std::optional<Instant> until, const TracePrinter& printer) {
   if (!printer.waits()) return until;
   const Instant soon = ReadClocks().instant + 2 * diagnosis::kApart;

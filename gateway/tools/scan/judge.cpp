@@ -26,8 +26,7 @@ std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, 
   return frames;
 }
 
-/// Returns the best verdict about the frames in `bytes`: `device`, else `maybe`; empty: no frame
-/// gives a verdict.
+/// Returns the best verdict about the frames: `device`, else `maybe`; empty: no frame gives one.
 std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View request,
                                   View bytes) {
   std::optional<Verdict> verdict;

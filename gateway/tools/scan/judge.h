@@ -51,8 +51,7 @@ struct Verdict {
   /// Set if bit 7 of each byte of the reply is a parity bit: the device sends 7 data bits with this
   /// parity.
   std::optional<config::Parity> parity{};
-  /// For `foreign` and `other`: what was recognised, a sentence without a full stop.
-  std::string text{};
+  std::string text{};  ///< for `foreign` and `other`: the cause, without a full stop
 };
 
 Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gathered& gathered);
@@ -79,23 +78,20 @@ struct Found {
   bool assumed = false;    ///< true: `profile` is the usual profile of the protocol, not proven
   std::string point{};     ///< a point of such devices, see protocols::Sighting::point
   unsigned unit = 0;       ///< Modbus unit, 1…247; 0: no unit is free
-  /// True: two devices may have this address, so it is written with `enabled: false`.
-  bool suspect = false;
+  bool suspect = false;    ///< true: two devices may have this address
   std::vector<std::string> remarks{};
 };
 
 struct Report {
   std::vector<Found> found{};
-  /// True: the port is a serial server, so the scan cannot change the serial settings.
-  bool network = false;
+  bool network = false;  ///< true: the port is a serial server, whose settings are fixed
   bool echo = false;
   bool asked = false;
   bool ended = true;  ///< false: the user or the time limit has ended the scan
   std::vector<std::string> remarks{};
 };
 
-/// Key: a protocol; value: for each device name (as SpokenName returns it) the profile that lists
-/// the name.
+/// Key: a protocol; value: for each device name (see SpokenName) the profile that lists the name.
 using ProfileNames = std::map<std::string, std::map<std::string, std::string>>;
 
 /// Returns the Modbus unit for a new device: its address if no other device has this unit, else the

@@ -159,8 +159,7 @@ std::vector<Sweep> ThoroughSweeps(const Wish& wish,
   const auto has_answered = [&](const config::SerialSettings& serial) {
     return std::ranges::any_of(answered, [&](const auto& one) { return SameWire(one, serial); });
   };
-  // First come sweeps at settings at which devices have answered, then sweeps at the first setting
-  // of each protocol.
+  // Sweeps at settings at which devices have answered come before each protocol's first setting.
   for (const bool first : {true, false}) {
     for (std::size_t i = 0; i < wish.tongues.size(); ++i) {
       const protocols::ScanRule& rule = wish.tongues[i].rule();

@@ -39,8 +39,7 @@ struct Wish {
   std::vector<Tongue> tongues{};
   std::optional<Addresses> addresses{};  ///< empty: the usual addresses first, then all addresses
   bool quick = false;                    ///< true: the scan takes less than a minute
-  /// True: the port is a serial server, so the scan cannot change the serial settings.
-  bool network = false;
+  bool network = false;  ///< true: the port is a serial server, whose settings are fixed
 };
 
 /// A range of addresses of one protocol, with one setting of the port.
@@ -56,12 +55,11 @@ struct Sweep {
 Duration TimeOf(const Sweep& sweep, const Wish& wish);
 Duration TimeOf(std::span<const Sweep> sweeps, const Wish& wish);
 
-/// Returns sweeps over the most likely settings and addresses, with short timeouts; for a quick
-/// scan, only sweeps that fit into kQuickLimit.
+/// Returns sweeps over the most likely settings and addresses, with short timeouts. A quick scan
+/// has only those that fit into kQuickLimit.
 std::vector<Sweep> LikelySweeps(const Wish& wish);
-/// Returns sweeps over all wanted addresses, with longer timeouts, for each setting in `answered`
-/// (devices have answered at it) and for the first setting of each protocol. Returns none for a
-/// quick scan.
+/// Returns sweeps over all wanted addresses with longer timeouts: at each setting in `answered`,
+/// and at the first setting of each protocol. Returns none for a quick scan.
 std::vector<Sweep> ThoroughSweeps(const Wish& wish,
                                   std::span<const config::SerialSettings> answered);
 

@@ -6,8 +6,7 @@
 namespace baudgate::scan {
 namespace {
 
-/// How often a found device is asked again, because two devices with one address do not always
-/// collide.
+/// How often a found device is asked again: two devices with one address do not always collide.
 constexpr int kRepeats = 3;
 /// How often a question is sent if another master is active, because some replies then collide with
 /// its requests.
@@ -118,8 +117,7 @@ bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
 }
 
 void Scanner::Look(Asked asked, std::uint32_t finds) {
-  // True: the reply could be an echo of the request, so the next question must prove the device.
-  bool proof = false;
+  bool proof = false;  // true: the reply could be an echo, so the next question must prove it
   for (std::size_t question = 0; question < TongueAt(asked).rule().questions; ++question) {
     if ((finds >> question & 1U) == 0 && !proof) continue;
     asked.question = question;

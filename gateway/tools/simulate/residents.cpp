@@ -137,7 +137,7 @@ bool Residents::speaks_unasked() const {
   });
 }
 
-/// Makes the twins. `seed`: the seed of the first twin; each further twin gets the next number.
+/// `seed`: the seed of the first twin; each further twin gets the next number.
 Residents::Twins Residents::MakeTwins(const protocols::Protocol& protocol,
                                       std::vector<config::Device> devices, std::uint32_t seed) {
   Twins twins;

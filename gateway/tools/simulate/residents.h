@@ -87,8 +87,7 @@ class Residents {
     config::SerialSettings serial;
   };
 
-  /// `devices` must not be empty. `wire.serial` applies to devices without serial settings of their
-  /// own.
+  /// `devices` must not be empty. `wire.serial` is for devices without serial settings.
   Residents(const protocols::Protocol& protocol, std::vector<config::Device> devices,
             const TwinWire& wire, const std::optional<EventSchedule>& events);
   Residents(const Residents&) = delete;

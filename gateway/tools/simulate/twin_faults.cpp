@@ -16,8 +16,8 @@ namespace baudgate::tools {
 namespace {
 
 constexpr std::size_t kFaultKinds = 11;
-/// The byte that the transport delivers in place of a character with a wrong parity
-/// (transports/serial_port.h).
+/// The byte that a transport delivers in place of a damaged character (kDamaged in
+/// transports/parity.h).
 constexpr std::uint8_t kParityError = 0xFF;
 
 // These functions replace the distributions of the standard library, because their results differ
@@ -230,8 +230,7 @@ constexpr std::size_t kMostCount = 1024;
 constexpr std::size_t kMostExchanges = 16;
 constexpr Duration kLongestPause = 10min;
 
-/// The keys that a kind of fault has in addition to rate, seed, after, for and every, with their
-/// default values.
+/// The keys that a kind of fault has beyond rate, seed, after, for and every, with their defaults.
 struct KindKeys {
   Kind kind;
   std::string_view count;  ///< name of the key for Fault::count; empty: the kind has none
@@ -296,7 +295,7 @@ std::optional<double> ParseShare(std::string_view value) {
 
 Status ReadRate(std::string_view value, double& target) {
   const auto number = ParseShare(value);
-  if (!number || !(*number >= 0 && *number <= 1)) {  // 0e999 gives NaN
+  if (!number || !(*number >= 0 && *number <= 1)) {  // "0e999" gives NaN, which must fail too
     return Error{"write a number from 0 (never) to 1 (always)"};
   }
   target = *number;

@@ -39,15 +39,13 @@ struct Fault {
     echo,
   };
   Kind kind = Kind::loss;
-  double rate = 1;  ///< share of the replies that the fault strikes, 0…1
-  /// Two runs with the same seed strike the same exchanges in the same way.
-  std::uint64_t seed = 1;
-  Duration after{};  ///< from the start of the simulation to the first occurrence
-  Duration lasts{};  ///< duration of an occurrence; zero: the fault does not end
+  double rate = 1;         ///< share of the replies that the fault strikes, 0…1
+  std::uint64_t seed = 1;  ///< runs with the same seed strike the same exchanges in the same way
+  Duration after{};        ///< from the start of the simulation to the first occurrence
+  Duration lasts{};        ///< duration of an occurrence; zero: the fault does not end
   Duration every{};  ///< from the start of one occurrence to the start of the next; zero: only once
-  /// Number of flipped bits (kind bits), or of bytes (garbage_before, garbage_after).
-  std::size_t count = 1;
-  Duration pause{};           ///< the silence (stall, dribble, doubled), or the delay (late)
+  std::size_t count = 1;  ///< number of flipped bits (bits), or of bytes (garbage_before, _after)
+  Duration pause{};       ///< the silence (stall, dribble, doubled), or the delay (late)
   std::size_t exchanges = 0;  ///< delay of the kind late, in requests; zero: the delay is `pause`
   std::string text;           ///< the fault as the user wrote it
 

@@ -25,7 +25,7 @@ class StopSignals {
     sigemptyset(&set_);
     sigaddset(&set_, SIGINT);
     sigaddset(&set_, SIGTERM);
-    if (!IsIgnored(SIGHUP)) sigaddset(&set_, SIGHUP);  // nohup ignores SIGHUP
+    if (!IsIgnored(SIGHUP)) sigaddset(&set_, SIGHUP);  // nohup makes a command ignore SIGHUP
     if (also == And::resize) sigaddset(&set_, SIGWINCH);
     pthread_sigmask(SIG_BLOCK, &set_, &before_);
     descriptor_ = ::signalfd(-1, &set_, SFD_CLOEXEC | SFD_NONBLOCK);

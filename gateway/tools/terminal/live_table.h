@@ -1,5 +1,5 @@
-// `RenderTable` renders tables of live values as text. `baudgate watch` and `baudgate demo` fill
-// the tables from samples, and print the text on a terminal.
+// `RenderTable` renders tables as text for a terminal: the live values of `baudgate watch` and
+// `baudgate demo`, and the status.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -56,8 +56,7 @@ struct TableRow {
 
 struct TableView {
   std::size_t width = 0;  ///< characters in a line; 0 = no limit
-  /// The number of lines, with the head; 0: no limit. If rows do not fit, the last line tells how
-  /// many.
+  /// Number of lines with the head; 0: no limit. If rows do not fit, the last line tells how many.
   std::size_t height = 0;
   bool colour = false;
 };

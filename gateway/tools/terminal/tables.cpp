@@ -10,8 +10,7 @@
 namespace baudgate::tools {
 namespace {
 
-// Lines are wrapped at this width if the terminal is narrower.
-constexpr std::size_t kLeastWidth = 20;
+constexpr std::size_t kLeastWidth = 20;  // lines are not made narrower than this
 
 /// Returns how many bytes the first `width` characters have.
 std::size_t BytesOf(std::string_view text, std::size_t width) {

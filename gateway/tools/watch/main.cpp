@@ -35,8 +35,7 @@ using namespace baudgate;
 using namespace baudgate::dds;
 
 constexpr std::uint64_t kMostWatchMemory = 2ULL << 30;
-// Each malloc arena takes 64 MiB of address space, so one arena per thread would exceed the memory
-// limit.
+// A malloc arena takes 64 MiB of address space. One for each thread would exceed the memory limit.
 constexpr int kMostArenas = 2;
 constexpr auto kConnectAgain = 500ms;
 
@@ -123,8 +122,7 @@ Status Confine(std::uint64_t memory) {
   return DenyCalls();
 }
 
-/// Serves the daemon that has started this process, over the descriptor `link`. An error ends the
-/// process.
+/// Serves the daemon that has started this process, over `link`. An error ends the process.
 int ServeParent(const Options& options, const tools::StopSignals& stop) {
   if (options.parent != 0 && !EndWith(options.parent)) return kExitDone;
   if (const Status status = Confine(options.memory); !status) {

@@ -140,7 +140,7 @@ class PointFeed {
   PointFeed(const PointFeed&) = delete;
   PointFeed& operator=(const PointFeed&) = delete;
 
-  /// Replaces the subscriber if there is one.
+  /// Creates the subscriber, in place of an older one.
   Status Open();
   void Close();
 
@@ -149,8 +149,7 @@ class PointFeed {
 
   /// Returns the number of samples that could not be decoded.
   std::uint64_t refused() const;
-  /// Returns the number of samples that the DDS library has dropped because there are too many
-  /// points.
+  /// Returns the number of samples that the DDS library dropped because of too many points.
   std::uint64_t rejected() const { return rejected_before_ + rejected_; }
 
  private:

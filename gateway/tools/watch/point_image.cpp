@@ -59,8 +59,7 @@ PointOrder::PointOrder(std::istream& profiles) {
 
 const PointOrder::Places* PointOrder::ProfileOf(const std::vector<std::string>& points) const {
   const Places* best = nullptr;
-  // The number of matching points, then a rank: of equal matches, the profile with fewer points is
-  // better.
+  // The number of matching points, then a number that is higher for profiles with fewer points.
   std::pair<std::size_t, std::size_t> most{0, 0};
   for (const Places& places : profiles_) {
     const auto has = static_cast<std::size_t>(std::ranges::count_if(

@@ -17,7 +17,7 @@
 
 namespace baudgate::tools {
 
-// `JsonOf` makes JSON of a sample: the fields of the contract
+// `JsonOf` makes JSON of a sample: the fields of its published type
 // (gateway/outputs/dds/published_types.h), with their names and in their order.
 //
 //   source_time_ns 1790000000000000000    "source_time":"2026-09-21T14:13:20.000Z"

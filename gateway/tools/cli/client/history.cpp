@@ -90,9 +90,8 @@ struct BillingRow {
 
 using BillingRows = std::map<Key, BillingRow>;
 
-/// Returns the meter's local date. `midnight`: the beginning of this date in UTC. Example:
-/// 2026-10-31T21:00Z is the first of November at +03:00. Works for UTC offsets from -11:59 to
-/// +12:00.
+/// Returns the meter's local date that begins at `midnight` UTC. Example: 2026-10-31T21:00Z is the
+/// first of November at +03:00. Works for UTC offsets from -11:59 to +12:00.
 Day DateOf(WallTime midnight) { return floor<days>(midnight + 12h); }
 
 bool IsWanted(Day date, const HistoryOptions& options) {
@@ -123,8 +122,7 @@ class Reader {
       }
     }
     if (any) return 0;
-    // All messages say that nothing is recorded, so only the first message is printed.
-    const std::string told = told_.str();
+    const std::string told = told_.str();  // all messages say the same, so one is printed
     err << told.substr(0, told.find('\n') + 1);
     return kUnknown;
   }

@@ -18,13 +18,12 @@ struct HistoryOptions {
   std::vector<std::string> points{};  ///< LINE.DEVICE.POINT, or patterns with * and ?
   std::optional<WallTime> since{};
   std::optional<WallTime> until{};
-  /// The length of the intervals for which mean, minimum and maximum are printed; empty: each
-  /// recorded value is printed.
+  /// Length of the intervals whose mean, minimum and maximum are printed; empty: prints each value.
   std::optional<Duration> every{};
   bool json = false;
   bool csv = false;
   bool billing = false;
-  std::string socket{};   ///< empty: the only gateway that answers in the default places
+  std::string socket{};   ///< path of the control socket; empty: the only running gateway is used
   std::size_t width = 0;  ///< width of tables, in characters per line; 0: no limit
 };
 

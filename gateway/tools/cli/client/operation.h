@@ -17,10 +17,8 @@ struct ReleaseOptions {
   std::string line;
   Duration time = 10min;
   bool end = false;
-  std::string socket{};  ///< path of the control socket; empty: the only running gateway is used
-  /// How long to wait until the gateway has closed the port, or with `end` until the loan has
-  /// ended.
-  Duration patience = 5s;
+  std::string socket{};    ///< path of the control socket; empty: the only running gateway is used
+  Duration patience = 5s;  ///< how long to wait for the port to be closed, or the loan to end
   /// Offers the port over the network at this ADDRESS:PORT; empty: offers it to a program on this
   /// machine.
   std::string tcp{};

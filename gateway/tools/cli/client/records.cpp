@@ -35,8 +35,7 @@ struct RecordPages {
   /// True: ReadPages returns kNotCurrent if the gateway cannot write the record file, because
   /// records may then be missing.
   bool current = false;
-  /// True, with `follow`: every 0.5 s all records are read, not only new ones; then `looked` is
-  /// called.
+  /// True, with `follow`: every 0.5 s reads all records, not only new ones, and calls `looked`.
   bool whole = false;
   std::function<void()> looked{};
 };
@@ -281,7 +280,7 @@ std::string ChannelOf(const Json& alarm) {
   return channel == "0" ? "" : ", channel " + channel;
 }
 
-/// Returns the alarm's place in the form that `baudgate ack` accepts.
+/// Returns the place that `baudgate ack` accepts. Examples: "bay-1.feeder-1", "gateway".
 std::string PlaceOf(const Json& alarm) {
   std::string place = FieldText(alarm, "line");
   for (const char* part : {"device", "point"}) {

@@ -19,9 +19,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kParts = 3;  // a frame has three parts: lines, devices, sentences
-// The least height of a part: title, two rows, and the number of rows left out.
-constexpr std::size_t kLeastPart = 4;
+constexpr std::size_t kParts = 3;      // a frame has three parts: lines, devices, sentences
+constexpr std::size_t kLeastPart = 4;  // height: title, two rows, number of rows left out
 constexpr std::size_t kNoLimit = 1000;
 
 /// Returns the sort key of a line: the worst tone among the line and its devices, then the tone of
@@ -191,8 +190,7 @@ int RunStatusWatch(const StatusOptions& options, std::ostream& out, std::ostream
   }
   LiveScreen screen(out);
   const auto draw = [&] { Draw(look, options, screen); };
-  // `out` fails when the program that reads the output has closed it.
-  while (out) {
+  while (out) {  // `out` fails when the program that reads it has closed it
     draw();
     const Instant next = std::min(ReadClocks().instant + kBetweenFrames, end);
     if (!WaitUntil(next, signals, draw) || next == end) break;

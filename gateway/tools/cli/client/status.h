@@ -35,8 +35,8 @@ std::string RenderStatusFrame(const nlohmann::ordered_json& status, const TableV
 /// share gets what it wants; the other parts share the rest.
 std::vector<std::size_t> Shares(std::size_t all, const std::vector<std::size_t>& wanted);
 
-// `baudgate status --watch`: redraws the status until it is stopped. If the gateway stops, waits
-// for it.
+// `baudgate status --watch`: redraws the status until the command is stopped. If the gateway stops,
+// waits until it runs again.
 
 /// `options.terminal` must be set. Exit codes: 0 stopped; 2 unknown line or device; 4 no gateway
 /// answers at the start.

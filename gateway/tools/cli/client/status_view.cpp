@@ -128,9 +128,8 @@ using Json = nlohmann::ordered_json;
 
 const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
 
-/// Returns the sort key by which the advice on devices is ordered, so that causes come before
-/// consequences: first devices that do not answer, then devices with the most failures among their
-/// latest exchanges.
+/// Returns the key that sorts the advice on devices, causes before consequences: first devices that
+/// do not answer, then devices with the most failures among their latest exchanges.
 std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
   const Json& recent = PartOf(*device, "recent");
   const bool known = recent.is_object();

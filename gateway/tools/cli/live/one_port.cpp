@@ -48,8 +48,7 @@ std::string NameOfPort(const std::string& port) {
   return name.empty() ? "port" : name;
 }
 
-/// Loads the configuration that this program has made for one port. The error contains all
-/// problems, one on each line.
+/// Loads the configuration made for one port. The error contains all problems, one on each line.
 Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog& catalog) {
   config::Loaded loaded = config::LoadText(yaml, "command line", catalog);
   if (loaded.ok()) return std::move(loaded.config);

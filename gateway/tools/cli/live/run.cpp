@@ -181,7 +181,7 @@ sigset_t BlockSignals() {
 int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog) try {
   const sigset_t signals = BlockSignals();
-  // Declared before the daemon, so that it still guards the daemon's destructor.
+  // The guard is declared before the daemon, so that it is still alive in the daemon's destructor.
   std::optional<StopGuard> stop_guard;
   daemon::Daemon daemon(std::move(config), catalog);
   if (reload) {
@@ -231,8 +231,7 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog) {
 
 namespace {
 
-// The longest time between two reports to systemd, in ms.
-constexpr int kSignOfLife = 1000;
+constexpr int kSignOfLife = 1000;  // longest time between two reports, in ms
 
 void TellSystemd(std::size_t participants) {
   sd_notifyf(0, "WATCHDOG=1\nSTATUS=knows %zu participants", participants);

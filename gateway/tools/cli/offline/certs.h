@@ -21,8 +21,7 @@ std::string CheckDdsSecurity(const config::Config& config, WallTime now,
 
 struct CertsOptions {
   std::string directory;
-  /// The names of gateways. Default, if no identity is requested and the folder contains no
-  /// authority yet: "baudgate".
+  /// Default, if no identity is requested and the folder contains no authority yet: "baudgate".
   std::vector<std::string> gateways;
   /// The number of subscribers. Empty: 0, or 1 if no identity is requested and the folder contains
   /// no authority yet.

@@ -101,8 +101,7 @@ namespace {
 
 constexpr std::size_t kMostNamed = 8;
 
-/// Returns at most kMostNamed names, then the number of further names. Example: "a, b, c and 4
-/// more".
+/// Returns the first names and the number of further names. Example: "a, b, c and 4 more".
 std::string Listed(const std::vector<std::string>& all) {
   std::string text;
   for (std::size_t i = 0; i < all.size() && i < kMostNamed; ++i) {
@@ -254,8 +253,7 @@ std::vector<std::string> PlacesOf(const config::Modbus& modbus, Predicate predic
   return places;
 }
 
-/// Returns the addresses of listeners that pass on writes to unit 0, even if no route contains unit
-/// 0.
+/// Returns the listeners that pass on writes to unit 0, even if no route contains unit 0.
 std::vector<std::string> Passing(const config::Modbus& modbus) {
   return PlacesOf(modbus, [](const Listener& listener) {
     return listener.broadcast == Listener::Broadcast::pass;

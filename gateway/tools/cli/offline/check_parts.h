@@ -25,8 +25,6 @@ std::string Joined(const Range& range, Text text) {
   return joined;
 }
 
-/// Returns the clients that are allowed to connect. Examples: "everybody who reaches it",
-/// "10.0.0.7, 10.1.0.0/16".
 inline std::string Whom(const std::vector<config::Network>& allow) {
   if (allow.empty()) return "everybody who reaches it";
   return Joined(allow, [](const auto& network) { return network.text; });
@@ -59,7 +57,7 @@ nlohmann::ordered_json WebJson(const config::Config& config);
 /// One row of the routing table. The rows are in the order in which requests are matched.
 struct UnitRow {
   std::string units;     ///< Modbus units: "33-35, 37-40", or "others"
-  std::string target;    ///< where requests to the units go: "line drive, slaves 1-3, 5-8"
+  std::string target;    ///< destination of requests to the units: "line drive, slaves 1-3, 5-8"
   std::string deadline;  ///< "2.5s"; empty: the target has no deadline
 };
 

@@ -29,7 +29,7 @@ struct DecodeOptions {
   std::string profile{};
   /// Device options, "key=value", in addition to the options in the head of the trace.
   std::vector<std::string> set{};
-  std::string device{};   ///< only exchanges with this device of a trace; empty: all
+  std::string device{};   ///< decode only exchanges with this device; empty: all exchanges
   bool prose = false;     ///< true: readable text; false: one JSON object per line
   std::size_t width = 0;  ///< width of readable text, in characters per line; 0: no limit
 };

@@ -272,8 +272,7 @@ std::string TypeAt(const config::Point& point, const MapPlace& place) {
   return config::IecName(point);
 }
 
-/// The addresses that one device occupies in the PLC's inputs or in its outputs: registers, then
-/// bits.
+/// The addresses of one device in the PLC's inputs or in its outputs: registers, then bits.
 class Area {
  public:
   /// `letter`: I for inputs, Q for outputs. `next` is the first free word; the constructor sets it

@@ -245,8 +245,7 @@ bool IsTimeForm(std::string_view form) {
 
 namespace {
 
-/// The largest exponent that ListedNumber accepts, as in "1E308" and "1E-308": that of a 64-bit
-/// float.
+/// The largest exponent that ListedNumber accepts, as in "1E308": that of a 64-bit float.
 constexpr int kMostPlaces = 308;
 
 template <typename Unit>
@@ -330,8 +329,7 @@ constexpr std::string_view kOfWindows[] = {
     "?",      "\u2018", "\u2019", "\u201C", "\u201D", "\u2022", "\u2013", "\u2014",
     "\u02DC", "\u2122", "\u0161", "\u203A", "\u0153", "?",      "\u017E", "\u0178"};
 
-/// Converts text to UTF-8. Text that is not UTF-8 is taken for Windows-1252, as spreadsheets write
-/// it.
+/// Converts text to UTF-8. Text that is not UTF-8 must be Windows-1252, as spreadsheets write it.
 std::string AsUtf8(const std::string& text) {
   if (FirstNotUtf8(text) == std::string::npos) return text;
   std::string utf8;
@@ -351,8 +349,7 @@ std::string AsUtf8(const std::string& text) {
   return utf8;
 }
 
-/// Assigns consecutive Modbus registers and bits to the points, under which clients of the gateway
-/// read them.
+/// Assigns consecutive Modbus registers and bits, which clients of the gateway read, to the points.
 class Places {
  public:
   std::size_t Next(const ListedPoint& point) {

@@ -49,9 +49,9 @@ enum class ListColumn {
 /// blanks and punctuation.
 std::optional<ListColumn> ColumnNamed(std::string_view header);
 
-/// Returns the form, which is the type of the registers. Examples: "U16", "WORD", "unsigned int 16"
-/// → "uint16"; "Date" → "DATE"; "STRING(16)", "char[16]" → "string(16)", or "string" if the length
-/// is missing.
+/// Returns the form (the type of the registers). Examples: "U16", "WORD", "unsigned int 16" →
+/// "uint16"; "Date" → "DATE"; "STRING(16)", "char[16]" → "string(16)", or "string" without a
+/// length.
 std::optional<std::string> FormNamed(std::string_view text);
 
 /// Returns the Modbus table. Examples: "Holding Register", "FC3", "4x" → "holding".
@@ -74,23 +74,20 @@ bool IsTimeForm(std::string_view form);
 /// Parses a number as register lists contain it. Examples: "0.1", "0,1", "1E-05".
 std::optional<Decimal> ListedNumber(const std::string& text);
 
-/// Returns the raw number in the device as text for `simulate:` in a profile. `form`: see
-/// FormNamed. Examples: "230,4" with a scale of 0.1 → "2304"; "2026-11-27" with the form DATE →
-/// "1795737600".
+/// Returns the raw number in the device as text for `simulate:`. `form`: see FormNamed. Examples:
+/// "230,4" with a scale of 0.1 → "2304"; "2026-11-27" with the form DATE → "1795737600".
 Result<std::string> ListedExample(const std::string& text, const std::string& form,
                                   const Decimal& scale);
 
 struct NewProfileOptions {
   std::string file;
   std::optional<FirstRegister> first{};
-  /// The table of registers for which the list tells no table.
-  std::string table = "holding";
-  std::string title{};  ///< text for the profile's `device:`; empty: the file's name
+  std::string table = "holding";  ///< table of registers for which the list tells no table
+  std::string title{};            ///< text for the profile's `device:`; empty: the file's name
 };
 
 /// Prints the profile if the list has no errors. Exit codes: 0 done; 2 `first` is missing; 3 the
-/// list has errors, which are printed on `err`; 4 the list cannot be read, or modbus_rtu is not
-/// installed.
+/// list has errors, printed on `err`; 4 no such list, or modbus_rtu is not installed.
 int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catalog,
                   std::ostream& out, std::ostream& err);
 

@@ -34,8 +34,7 @@ enum class ProfileFormat : std::uint8_t { table, json, markdown };
 int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
                 std::ostream& out, std::ostream& err, std::size_t width = 0);
 
-// `baudgate profiles --check FILE`: prints all problems of a profile, and its points if there is no
-// error.
+// `baudgate profiles --check FILE`: prints all problems of a profile, or its points if it has none.
 struct CheckProfileOptions {
   std::string file;
   /// Empty: the protocol after which the file's folder is named, or else the protocol with the

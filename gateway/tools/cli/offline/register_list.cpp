@@ -111,8 +111,7 @@ std::optional<Decimal> ScaleOf(const std::string& text) {
   return *above / *below;
 }
 
-/// True for a name such as "VoltageL1", which keeps its capitals because it is hard to read
-/// without.
+/// True for a name such as "VoltageL1", which keeps its capitals because they make it readable.
 bool IsCamelCase(std::string_view text) {
   const auto lower = [](char c) { return c >= 'a' && c <= 'z'; };
   for (std::size_t i = 1; i < text.size(); ++i) {
@@ -137,8 +136,7 @@ std::string PointName(std::string_view text) {
   return name.substr(0, 60);
 }
 
-/// Returns table and address of a register number with five or six digits. Example: 40001 → holding
-/// 0.
+/// Returns table and address of a number of five or six digits. Example: 40001 → holding 0.
 std::optional<Register> Modicon(std::uint32_t number) {
   const bool six = number > 100'000;
   const std::uint32_t size = six ? 100'000 : 10'000;
@@ -384,8 +382,7 @@ class ListReader {
     }
   }
 
-  /// Reads the order of bytes. Ignores the order of words for a single register, because lists
-  /// often give an order in every row.
+  /// Reads the byte order. A single register has no word order, although lists often give one.
   void ReadOrder(const CsvRow& row, ListedPoint& point) {
     const std::string given = WithPlainDashes(Cell(row, ListColumn::order));
     if (given.empty() || given == "-" || point.form.empty() || point.form == "bool") return;

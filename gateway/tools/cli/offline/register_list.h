@@ -33,8 +33,7 @@ struct ListedPoint {
   std::string access = "r";
   std::string group;
   std::string description;  ///< description, or the name in the list if it cannot be a point's name
-  /// The list's example value, as YAML for the twin (simulated device); empty: the list has no
-  /// example.
+  /// The list's example value, as YAML for a simulated device; empty: the list has none.
   std::optional<std::string> simulate;
   std::size_t registers = 1;
 };

@@ -25,8 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How many folders above a port's folder in /sys are searched for its USB adapter. Higher folders
-/// are hubs.
+/// How many folders of /sys are searched, from a port's folder upwards; higher folders are hubs.
 constexpr int kMostLevels = 6;
 constexpr int kMostLinks = 8;
 
@@ -66,8 +65,7 @@ void ReadAdapter(fs::path device, FoundPort& port) {
   port.interface.clear();
 }
 
-/// False if the kernel's `type` of the port is 0: the board has an address for the port, but no
-/// hardware.
+/// False if the port's `type` is 0: the board has an address for the port, but no hardware.
 bool HasHardware(const fs::path& tty) { return ReadText(tty / "type") != "0"; }
 
 std::optional<FoundPort> Look(const fs::path& tty) {
@@ -232,8 +230,7 @@ constexpr char kNoPorts[] =
     "This machine has no serial port. Plug an adapter in; if none appears, `sudo dmesg | tail` "
     "shows what the kernel reports. Serial servers in the network need no port: "
     "port: tcp://HOST:PORT.\n";
-/// The recommended latency of an FTDI adapter in ms. The adapter starts with 16 ms, which is long
-/// between two frames.
+/// Recommended latency of an FTDI adapter, in ms. Its default, 16 ms, is long between two frames.
 constexpr int kShortLatency = 1;
 
 struct Row {

@@ -22,8 +22,8 @@ struct FoundPort {
   std::string driver;  ///< driver in the kernel: "ftdi_sio"; empty: unknown
   /// The members from `at` to `interface` are set only for a USB adapter.
   std::string at;       ///< place on the USB in the kernel's notation: "1-1.2"
-  std::string vendor;   ///< "0403"
-  std::string product;  ///< "6001"
+  std::string vendor;   ///< vendor id of USB in hex: "0403"
+  std::string product;  ///< product id of USB in hex: "6001"
   std::string maker;
   std::string model;
   std::string serial;

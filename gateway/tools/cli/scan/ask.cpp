@@ -77,11 +77,9 @@ int Show(const AskOptions& options, const Exchanged& exchange, const config::Cat
   std::istringstream captured("> " + exchange.sent + "\n" +
                               (exchange.received.empty() ? "" : "< " + exchange.received + "\n"));
   std::ostringstream decoded;
-  // The bytes are shown even if they cannot be decoded, so the error is not reported.
-  std::ostringstream ignored;
+  std::ostringstream ignored;  // the bytes are shown even if they cannot be decoded
   if (RunDecode(how, catalog, captured, decoded, ignored) != kExitDone && !how.profile.empty()) {
-    // The profile may be a file that exists only on the gateway's machine. Then the bytes are
-    // decoded without a profile.
+    // If the profile is a file on the gateway's machine, the bytes are decoded without a profile.
     how.profile.clear();
     captured.clear();
     captured.seekg(0);

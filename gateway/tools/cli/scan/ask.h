@@ -14,8 +14,7 @@ namespace baudgate::tools {
 struct AskOptions {
   std::string target;    ///< a port, or LINE or LINE.DEVICE of the running gateway
   std::string telegram;  ///< the telegram as text (">1RF:XX") or hex
-  /// The protocol, if `target` is a port; empty: the protocol whose telegrams begin with the same
-  /// character.
+  /// The protocol of a port; empty: the protocol whose telegrams begin with the same character.
   std::string protocol;
   std::string serial;  ///< if `target` is a port: "9600 7E1"; empty: the protocol's default
   std::string profile;

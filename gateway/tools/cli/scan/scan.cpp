@@ -170,9 +170,8 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
     wish.tongues.push_back(scan::TongueOf(**protocol));
     return wish;
   }
-  // Some questions of a protocol with ScanRule::never_at are writes for devices of the protocol
-  // that never_at names. The scan must find those devices first, so that it sends them no such
-  // question.
+  // Questions of a protocol with ScanRule::never_at can be writes for devices of the protocol that
+  // never_at names. These devices must be found first, so that they get no such question.
   for (const bool first : {true, false}) {
     for (const auto& [name, protocol] : catalog.protocols) {
       if (protocol->scan == nullptr || protocol->scan->never_at.empty() != first) continue;

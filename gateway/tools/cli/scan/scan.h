@@ -31,8 +31,8 @@ struct ScanOptions {
 };
 
 /// Exit codes: 0 the scan has ended, with or without devices; 2 invalid target or protocol; 3 the
-/// written configuration has errors; 4 the port cannot be opened or is lost, another master sends
-/// on it, or `config` is not written.
+/// written configuration has errors; 4 the port fails, another master sends, or no `config` is
+/// written.
 int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 
@@ -40,8 +40,8 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
 // send on a line with traffic, and the found devices as a table or JSON lines.
 class ScanView final : public scan::Watcher {
  public:
-  /// All references must outlive this object. `alive` is called repeatedly while the scan runs, to
-  /// renew the loan of a line.
+  /// All references must outlive this object. `alive` is called repeatedly, to renew the loan of a
+  /// line.
   ScanView(const ScanOptions& options, bool network, const StopSignals& stop,
            std::function<void()> alive, std::ostream& out, std::ostream& err);
 

@@ -53,8 +53,7 @@ void LineLoan::Renew(Instant now) {
   if (now - renewed_ < kRenewAfter) return;
   renewed_ = now;
   Json answer;
-  // If the gateway has stopped, no renewal is needed, so errors are ignored.
-  std::ostringstream ignored;
+  std::ostringstream ignored;  // if the gateway has stopped, no renewal is needed
   Ask(socket_,
       {{"command", "release"},
        {"target", line_},

@@ -23,8 +23,7 @@ namespace {
 
 using Json = tools::ControlClient::Json;
 
-/// The exit code if settings differ or are unknown, or if the file has errors or does not fit the
-/// device.
+/// Exit code if settings differ or are unknown, or if the file is bad or does not fit the device.
 constexpr int kDiffers = 3;
 
 /// How long to wait for an answer. This is longer than the deadline of any write, so that the
@@ -243,8 +242,7 @@ class Restore {
   Restore(const SettingsOptions& options, const Sheet& now, std::ostream& out, std::ostream& err)
       : options_(options), now_(now), out_(out), err_(err) {}
 
-  /// Writes the settings of the plan in order. Stops at the first setting whose write is not
-  /// confirmed, and at a signal.
+  /// Writes the settings in order. Stops at a signal and at the first write that is not confirmed.
   void WriteAll(const Plan& plan, PointWriter& writer) {
     const StopSignals signals;
     auto row = plan.begin();
@@ -303,7 +301,6 @@ class Restore {
     for (const Written& one : written_) TellShown(one, Shown(shown, one.row));
   }
 
-  /// Returns the device's present value of a setting; null: the value is unknown.
   static const Setting* Shown(const Sheet& shown, const Difference& row) {
     const Setting* const here = shown.Find(row.filed->point);
     return here != nullptr && here->known ? here : nullptr;

@@ -73,7 +73,7 @@ namespace baudgate::settings {
 
 std::string Count(std::size_t count);
 
-/// Prints the differences. `denied`: writable points that the gateway does not allow to be written.
+/// `denied`: writable points that the gateway does not allow to be written.
 void PrintTable(const std::vector<Difference>& differences, const std::set<std::string>& denied,
                 std::ostream& out);
 

@@ -136,8 +136,7 @@ Setting ReadSetting(const config::YamlNode& node, config::Problems& problems) {
   config::Assign(setting.unit, map.Label("unit"));
   if (const auto scale = map.Number("scale")) setting.scale = scale->ToDouble();
   config::Assign(setting.quality, map.Label("quality"));
-  // The age is written for the reader of the file and has no effect here.
-  map.Label("age");
+  map.Label("age");  // only people read the age
   setting.known = setting.value && setting.quality.empty();
   map.Finish();
   return setting;
@@ -197,7 +196,6 @@ bool IsNear(double a, double b) {
   return std::abs(a - b) <= kSame * std::max(std::abs(a), std::abs(b));
 }
 
-/// Returns the unit. Example: "A", or "A (400 times the value of the device)".
 std::string UnitOf(const Setting& setting) {
   const std::string unit = setting.unit.empty() ? "no unit" : setting.unit;
   if (setting.scale == 1) return unit;

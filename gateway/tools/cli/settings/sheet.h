@@ -34,9 +34,8 @@ struct Sheet {
   std::string device;
   std::string protocol;
   std::string profile;
-  /// The type that the device reports, "SPAJ 140 C"; empty: not known yet.
-  std::string designation;
-  std::string time;  ///< when the sheet was read; ISO 8601, UTC
+  std::string designation;  ///< the type that the device reports, "SPAJ 140 C"; empty: unknown
+  std::string time;         ///< when the sheet was read; ISO 8601, UTC
   std::vector<Setting> settings;
   config::Mark mark;
 
@@ -65,7 +64,7 @@ struct Difference {
 
 struct Comparison {
   std::vector<Difference> different;  ///< in the order of the file
-  /// One sentence for each setting that one side lacks, or whose value is unknown on one side.
+  /// One sentence for each setting that is missing or unknown in the file or in the device.
   std::vector<std::string> open;
   /// How many of the `open` settings have a value in the file, but no known value in the device.
   std::size_t unread = 0;
