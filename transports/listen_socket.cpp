@@ -46,7 +46,7 @@ Result<ListenSocket> ListenSocket::Open(const asio::ip::tcp::endpoint& at, std::
   const int on = 1;
   const int off = 0;
   if (opened.is_open() && family == AF_INET6) {
-    // Some systems refuse this option; the system's default then applies.
+    // If the system refuses this option, its default decides whether IPv4 clients can connect.
     ::setsockopt(opened.descriptor_, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof(off));
   }
   if (!opened.is_open() ||

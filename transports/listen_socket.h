@@ -49,7 +49,7 @@ class ListenSocket {
   /// of the address, such as "web.listen".
   static Result<ListenSocket> Open(const asio::ip::tcp::endpoint& at, std::string_view key);
   bool is_open() const { return descriptor_ >= 0; }
-  /// Returns the port number, also if the system has chosen it because `at` had port 0.
+  /// Returns the port number, even if `at` had port 0 and the system has chosen the number.
   std::uint16_t port() const;
   /// Passes the descriptor to the caller, who must close it.
   int Release() { return std::exchange(descriptor_, -1); }

@@ -50,7 +50,7 @@ class LoopThread {
 
   const std::string name_;
   asio::io_context io_{1};
-  // Is never started: it makes asio open its file descriptors now, not at the first real timer.
+  // This timer never runs. It makes asio open its file descriptors now, not at the first real one.
   asio::steady_timer first_{io_};
   asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
   std::thread thread_;

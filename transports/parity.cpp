@@ -81,7 +81,8 @@ Bytes ParmrkDecoder::Decode(View bytes) {
         } else if (byte == 0x00) {
           state_ = State::after_ff_00;
         } else {
-          // The kernel writes no other byte behind FF, so this byte is treated as damage.
+          // The kernel writes no other byte behind FF, so this byte and FF count as one damaged
+          // character.
           Damage(characters);
         }
         break;

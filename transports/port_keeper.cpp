@@ -63,7 +63,7 @@ void PortWatch::Stop() {
   watched_.clear();
 }
 
-/// Sets the watches again, because a link may have changed, or a folder may have come or gone.
+/// Sets the watches again, because a link may have changed, or a folder was made or removed.
 bool PortWatch::Renew() {
   const std::vector<WatchedFolder> before = std::exchange(watched_, {});
   std::error_code error;
@@ -94,8 +94,8 @@ bool PortWatch::WatchEntry(const fs::path& path) {
       if (!TellsChanges(folder)) return false;
       watched_.push_back({watch, entry.filename().string()});
       std::error_code error;
-      // If the missing folder was created before the watch on its parent was set, no event comes,
-      // so the folder is tried again.
+      // If a missing folder was created before its parent was watched, inotify reports nothing, so
+      // the folder is tried again.
       if (entry == path || !fs::is_directory(entry, error)) return true;
       entry = path;
       continue;
@@ -139,7 +139,7 @@ bool PortWatch::Matters(std::size_t size) const {
 
 namespace {
 
-/// A missing port that cannot be watched is checked at this interval.
+/// The interval at which a missing port is checked if it cannot be watched.
 constexpr Duration kLookForPort = 500ms;
 
 }  // namespace
@@ -169,7 +169,7 @@ void PortKeeper::OnOpened() {
 bool PortKeeper::OnDown(const std::string& reason) {
   if (!network_ && !told_.contains(reason)) told_.clear();
   const bool news = told_.insert(reason).second;
-  // The watch is started before the port is checked, so that no change between them is lost.
+  // The watch is started before the port is checked, so that no change between the two is lost.
   const bool watching = !network_ && (watch_.watching() || watch_.Start());
   if (!IsMissing()) {
     TryIn(ladder_.Next());

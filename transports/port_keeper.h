@@ -86,7 +86,7 @@ class PortWatch {
   const std::string port_;
   const std::function<void()> on_change_;
   asio::posix::stream_descriptor inotify_;
-  std::shared_ptr<char> running_;  // null: stopped
+  std::shared_ptr<char> running_;  // null: stopped, so a pending read has no effect
   std::vector<WatchedFolder> watched_;
   alignas(8) std::array<char, 4096> events_{};
 };
@@ -99,7 +99,8 @@ class PortRetries {
   /// Reports that the port has been opened. A device file then counts as working. A connection to a
   /// serial server does not, because a server that is in use accepts it and then closes it.
   virtual void OnOpened() = 0;
-  /// Reports that data has been exchanged: the waits are short again, and each later reason is new.
+  /// Reports that data was exchanged. The next wait is short again, and OnDown takes any reason as
+  /// new.
   virtual void OnWorked() = 0;
   /// Reports that the port is down; it is then opened again at suitable times. Returns true if
   /// `reason` should be logged because it is new. For a device file, a reason is new if it differs
@@ -136,7 +137,7 @@ class PortKeeper final : public PortRetries {
   asio::steady_timer timer_;
   PortWatch watch_;
   ReopenLadder ladder_;
-  std::shared_ptr<char> waiting_;  // null: the running timer has no effect
+  std::shared_ptr<char> waiting_;  // null: no attempt is planned, so timer_ has no effect
   std::set<std::string> told_;     // reasons that OnDown has returned as new
 };
 
@@ -165,7 +166,7 @@ class PortThread final : private TransportListener {
   PortThread(asio::io_context& server, const std::string& path, const MakePort& make, Owner& owner);
   ~PortThread() override { Stop(); }
 
-  /// Opens the port; retries until Stop if the port is absent or cannot be opened.
+  /// Opens the port. Opens it again until Stop, whenever it is absent, fails to open or is lost.
   void Start();
   /// Closes the port and ends its thread. Waits as long as the driver blocks. Afterwards no
   /// function of Owner is called.
@@ -195,7 +196,7 @@ class PortThread final : private TransportListener {
   PortKeeper keeper_;
   // The number of received bytes that the server's thread has not yet taken.
   std::atomic<std::size_t> unheard_ = 0;
-  std::shared_ptr<char> running_;  // null: stopped
+  std::shared_ptr<char> running_;  // null: stopped, so Tell has no effect
 };
 
 }  // namespace baudgate::transports

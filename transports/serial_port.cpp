@@ -111,7 +111,7 @@ Status Lock(int fd, const std::string& port) {
     if (errno == EWOULDBLOCK) return Error{Conflict(port, LockHolder(fd))};
     return Error{"cannot lock " + port + ": " + std::strerror(errno)};
   }
-  // TIOCEXCL of a pty would stay set after our close, as long as the other side is open.
+  // TIOCEXCL of a pty would stay set after this close(), as long as the other side is open.
   if (IsPty(fd)) return {};
   int exclusive = 0;
   // Root can open a port that another program holds exclusively, but must not disturb that program.
@@ -213,7 +213,7 @@ void CloseElsewhere(int fd) {
   if (queue->threads >= kMostClosers) return;
   if (StartDetached("close port", [shared = queue] { Work(shared); })) {
     ++queue->threads;
-  } else if (queue->threads == 0) {  // otherwise a running thread closes it
+  } else if (queue->threads == 0) {  // if a thread runs, it closes fd
     queue->waiting.pop_back();
     close(fd);
   }
@@ -224,7 +224,7 @@ namespace {
 using Descriptor = asio::posix::stream_descriptor;
 
 /// After this number of consecutive requests that were given up before they were sent, the port
-/// counts as stuck. The requests are discarded, so kStall and kMostUnsent are never reached.
+/// counts as stuck. They are discarded, so StreamPump's kStall and kMostUnsent do not detect this.
 constexpr int kMostStuck = 5;
 
 class SerialPort final : public Transport {
@@ -269,12 +269,12 @@ class SerialPort final : public Transport {
   asio::io_context& io_;
   TransportListener& listener_;
   std::shared_ptr<StreamPump<Descriptor>> session_;
-  std::shared_ptr<char> attempt_;  ///< held while an Open is pending; null: cancelled
+  std::shared_ptr<char> attempt_;  ///< null: no Open is pending, so a posted TryOpen has no effect
   bool keeps_bit_rate_ = false;
   int stuck_ = 0;                ///< consecutive requests that were given up before they were sent
   bool passed_on_ = false;       ///< the port is lent to a client
   Instant out_at_{};             ///< when the UART will have sent all bytes that were written
-  bool settings_known_ = false;  ///< false: a failed Apply may have changed the port
+  bool settings_known_ = false;  ///< false: the port may have other settings than `serial_`
   std::optional<TtyMode> mode_;  ///< the settings of the tty, read back from the driver
   ParmrkDecoder marks_;
   SoftwareParity parity_;
@@ -369,9 +369,9 @@ void SerialPort::DropUnsent() {
   const int fd = session_->stream().native_handle();
   const bool held_here = session_->DropUnsent();
   stuck_ = held_here || UnsentOutput(fd) > 0 ? stuck_ + 1 : 0;
-  // Flush even if nothing seems to be left, because a pty does not report its unsent bytes.
+  // The output is flushed even if nothing seems left, because a pty does not report unsent bytes.
   FlushOutput(fd);
-  // Output that the driver cannot discard is only removed by closing the port.
+  // Only closing the port removes output that the driver cannot discard. EndSoon closes the port.
   if (UnsentOutput(fd) > 0 || stuck_ >= kMostStuck) session_->EndSoon(asio::error::timed_out);
 }
 
@@ -394,8 +394,8 @@ Status SerialPort::Apply(const config::SerialSettings& serial) {
   return {};
 }
 
-/// Does not flush the output of a pty: the flush would discard bytes that the other side has not
-/// read yet, and a pty does not report their number.
+/// Keeps the output of a pty: a flush would discard bytes that the other side has not read yet, and
+/// a pty does not report their number.
 Status SerialPort::Reset(const config::SerialSettings& serial) {
   if (!session_) return {};
   if (IsPty(session_->stream().native_handle())) {

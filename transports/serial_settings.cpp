@@ -43,11 +43,11 @@ Error NotTaken(const std::string& port, const std::string& what) {
 }
 
 void SetRaw(termios2& mode) {
-  // INPCK is needed without parity as well, because it also marks framing errors.
+  // INPCK is set without parity too, because framing errors are marked only with INPCK.
   mode.c_iflag = INPCK | PARMRK;
   mode.c_oflag = 0;
   mode.c_lflag = 0;
-  // CLOCAL ignores the carrier; else an unconnected DCD would block and hang up the port.
+  // CLOCAL ignores the carrier. Without it, an unconnected DCD would block the port and hang it up.
   mode.c_cflag = (mode.c_cflag & HUPCL) | CREAD | CLOCAL;
   mode.c_cc[VMIN] = 1;
   mode.c_cc[VTIME] = 0;
@@ -82,7 +82,7 @@ Status CheckRange(const config::SerialSettings& serial) {
   return {};
 }
 
-/// Rounds up to whole milliseconds, the driver's unit: a shorter delay would cut off bits.
+/// Rounds up to whole milliseconds, the driver's unit, because a shorter delay would cut off bits.
 std::uint32_t Milliseconds(Duration delay) {
   return static_cast<std::uint32_t>(std::chrono::ceil<std::chrono::milliseconds>(delay).count());
 }
@@ -100,7 +100,7 @@ config::Rs485 FromDriver(const serial_rs485& mode) {
 Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) {
   serial_rs485 mode{};
   if (!wanted.enabled) {
-    // A port without RS-485 support is not an error here.
+    // A port without RS-485 support is not an error if RS-485 is off.
     const bool on = ioctl(fd, TIOCGRS485, &mode) == 0 && (mode.flags & SER_RS485_ENABLED) != 0;
     if (!on) return {};
     mode.flags &= ~static_cast<__u32>(SER_RS485_ENABLED);
@@ -126,7 +126,7 @@ Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) 
                "direction by itself"};
 }
 
-/// Ignores errors: many drivers have no such flag, and need none or have the setting elsewhere.
+/// Ignores errors: a driver without this flag needs none, or has the setting elsewhere.
 void ApplyLowLatency(int fd, bool wanted) {
   serial_struct driver{};
   if (ioctl(fd, TIOCGSERIAL, &driver) != 0) return;
@@ -233,8 +233,8 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
   }
   SetRaw(mode);
   SetFormat(mode, serial);
-  // A pty damages no characters; there INPCK tells the parity to the simulated device at its far
-  // end.
+  // A pty damages no characters. Its INPCK tells the simulated device at the far end that this
+  // program uses a parity.
   if (pty && serial.parity == config::Parity::none) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK);
   if (damage == Damage::as_it_is) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK | PARMRK);
   const tcflag_t wanted = mode.c_iflag;
@@ -242,7 +242,7 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
 
   termios2 actual{};
   if (ioctl(fd, TCGETS2, &actual) != 0) return NotTaken(port, "to read its settings back");
-  // These flags belong to the tty layer, not to the driver, so the check is valid on a pty as well.
+  // These flags belong to the tty layer, not to the driver, so they can be checked on a pty too.
   if (((actual.c_iflag ^ wanted) & (INPCK | PARMRK)) != 0) {
     return Error{port + " does not mark damaged characters"};
   }
@@ -271,7 +271,7 @@ bool SameSettings(const config::SerialSettings& a, const config::SerialSettings&
 std::optional<PortCounters> ReadDriverCounters(int fd) {
   serial_icounter_struct counted{};
   if (ioctl(fd, TIOCGICOUNT, &counted) != 0) return std::nullopt;
-  // A break counts as a framing error too.
+  // A break is counted as a framing error too.
   return PortCounters{.parity = static_cast<std::uint32_t>(counted.parity),
                       .framing = static_cast<std::uint32_t>(counted.frame) +
                                  static_cast<std::uint32_t>(counted.brk),
@@ -327,7 +327,8 @@ namespace {
 
 using config::Parity;
 
-/// Returns the parity that the flags show, or `device` if the flags leave it open.
+/// Returns the parity that a pty's flags show, see transports/serial_settings.h. Flags that fit
+/// even and no parity mean `device`, or none if `device` is odd.
 Parity ParityOf(const termios2& mode, Parity device) {
   const bool odd = (mode.c_cflag & PARODD) != 0;
   if ((mode.c_cflag & CMSPAR) != 0) return odd ? Parity::mark : Parity::space;

@@ -1,6 +1,6 @@
-// Puts a tty into raw mode with the configured settings and checks that the driver has accepted
-// them. The functions work on file descriptors and return at once. SetPtyFormat and ReadPtyFormat
-// handle the settings of a pty, and TtyMode detects changes by another program.
+// Functions that put a tty into raw mode with the configured settings, and check that the driver
+// has accepted them. They work on file descriptors and return at once. SetPtyFormat and
+// ReadPtyFormat handle the settings of a pty, and TtyMode detects changes by another program.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,12 +21,12 @@ bool IsPty(int fd);
 
 /// How the tty delivers characters with wrong parity or framing.
 enum class Damage : std::uint8_t {
-  marked,    ///< marked by PARMRK; parity.h decodes the marks
+  marked,    ///< marked by PARMRK; ParmrkDecoder decodes the marks
   as_it_is,  ///< unmarked, which costs the kernel less
 };
 
 /// Applies all settings: raw mode, marks, speed and format, RS-485, low latency. `serial` is the
-/// format on the wire (OnTheWire of parity.h). `port` is the name for messages.
+/// format on the wire, as OnTheWire returns it. `port` is the name for messages.
 Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const std::string& port,
                            Damage damage = Damage::marked);
 
@@ -35,8 +35,8 @@ Status MakeRaw(int fd);
 
 Result<config::SerialSettings> ReadSerialSettings(int fd);
 
-/// Checks that the settings that the driver reports match those that were asked for. The speed may
-/// differ by the rounding of the driver's divider. The error names the remedy.
+/// Checks that the settings that the driver reports are those that were asked for. The speed may
+/// differ by 3 %, because the driver rounds its divider. The error names the remedy.
 Status CompareSettings(const config::SerialSettings& asked, const config::SerialSettings& actual,
                        const std::string& port);
 
@@ -50,16 +50,16 @@ bool SameSettings(const config::SerialSettings& a, const config::SerialSettings&
 /// Returns totals since the driver was loaded; nothing if the driver does not count.
 std::optional<PortCounters> ReadDriverCounters(int fd);
 
-/// Returns nothing for a pty, or if the driver does not report modem lines.
+/// Returns the modem lines; nothing for a pty, or if the driver does not report them.
 std::optional<ModemLines> ReadModemLines(int fd);
 /// Switches DTR, RTS or break. A pty accepts every call without effect.
 Status SetSwitch(int fd, PortSwitch which, bool on, const std::string& port);
-/// Sets the signals as after the opening of a port: DTR on, RTS on unless the driver controls it,
-/// no break. Errors are ignored.
+/// Sets the signals as they are after the opening of a port: DTR on, no break, and RTS on unless
+/// the driver controls it. Errors are ignored.
 void ResetSwitches(int fd, const config::SerialSettings& serial);
 
-/// Resumes output that another program has stopped with tcflow(TCOOFF): the stop would outlast that
-/// program. Output that the device has stopped by flow control stays stopped.
+/// Resumes output that another program has stopped with tcflow(TCOOFF), because the stop outlasts
+/// that program. Output that the device has stopped by flow control stays stopped.
 void LetOutputGo(int fd);
 
 void FlushInput(int fd);
@@ -81,8 +81,8 @@ std::size_t UnsentOutput(int fd);
 //   PARMRK without INPCK    no parity: the program marks damaged characters and checks no parity
 //   none of these           even parity or none
 
-/// Sets the pty so that a program that sets nothing matches a device with these settings. `fd` may
-/// be either side.
+/// Sets the pty to the settings of a simulated device, so that a program that opens the pty and
+/// sets nothing matches them. `fd` may be either side.
 Status SetPtyFormat(int fd, const config::SerialSettings& serial);
 
 /// Returns the format that the program has set, as far as it can be read; the rest comes from
@@ -101,7 +101,8 @@ class TtyMode {
   std::string ChangesTo(const TtyMode& now) const;
 
  private:
-  std::uint32_t input_ = 0;  // flags of the kernel's termios
+  // Flags of the kernel's termios.
+  std::uint32_t input_ = 0;
   std::uint32_t output_ = 0;
   std::uint32_t control_ = 0;
   std::uint32_t local_ = 0;

@@ -44,8 +44,7 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
 
   Stream& stream() { return stream_; }
   void Start() {
-    // In non-blocking mode each write takes only what fits now, so no write is pending when bytes
-    // are dropped.
+    // In non-blocking mode a write takes only what fits now, so DropUnsent finds no pending write.
     std::error_code error;
     stream_.non_blocking(true, error);
     if (error) return EndSoon(error);
@@ -57,7 +56,7 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     paused_ = paused;
     if (!paused && !stopped_) Read();
   }
-  /// If `patient`, the stream is allowed to accept no data without a time limit.
+  /// If `patient`, the stream may accept no data for any time, else only for `stall`.
   void SetPatient(bool patient) {
     patient_ = patient;
     if (patient) stall_.cancel();
@@ -75,7 +74,7 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     if (bytes.size() > kMostUnsent - queue_.size()) return EndSoon(asio::error::no_buffer_space);
     if (queue_.empty()) ArmStall();
     Append(queue_, bytes);
-    // Write even while waiting for room: a flushed pty has room, but reports none.
+    // Write is called even while AwaitRoom waits, because a flushed pty does not report its room.
     Write();
   }
 

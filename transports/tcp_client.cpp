@@ -101,7 +101,7 @@ struct HostNames::State {
   struct Host {
     std::vector<std::shared_ptr<Waiter>> waiters;
     bool running = false;
-    // All callers gave up during a look-up, and no look-up has succeeded since.
+    // True: all callers gave up during a look-up, and no awaited look-up has succeeded since.
     bool given_up = false;
   };
 
@@ -117,7 +117,7 @@ struct HostNames::State {
   std::map<std::string, Host> hosts BAUDGATE_GUARDED_BY(mutex);
   std::deque<std::string> queue BAUDGATE_GUARDED_BY(mutex);
   std::size_t threads BAUDGATE_GUARDED_BY(mutex) = 0;
-  // The number of threads that look up hosts that were given up.
+  // The number of threads that look up hosts whose `given_up` is true.
   std::size_t hanging BAUDGATE_GUARDED_BY(mutex) = 0;
 
   static void Begin(const std::shared_ptr<State>& state) BAUDGATE_REQUIRES(state->mutex);
@@ -177,7 +177,7 @@ void HostNames::State::Answer(const std::shared_ptr<Waiter>& waiter,
 
 void HostNames::State::Drop(const std::shared_ptr<State>& state, const std::string& name,
                             const std::shared_ptr<Waiter>& waiter) {
-  Done dropped;  // destroyed outside the locks, because it can own the holder of the ticket
+  Done dropped;  // destroyed outside the locks, because it may own a ticket, whose Drop locks again
   {
     const MutexLock lock(waiter->mutex);
     waiter->io = nullptr;
@@ -230,12 +230,12 @@ namespace {
 using asio::ip::tcp;
 
 constexpr std::chrono::seconds kConnectTimeout{5};  // for name look-up and connection together
-/// The time within which a healthy peer acknowledges (RFC 1122, 4.2.3.2): small serial servers do
-/// take 250 ms. A request to a silent device can be given up sooner.
+/// A healthy peer acknowledges within this time (RFC 1122, 4.2.3.2); some small serial servers take
+/// 250 ms. The time counts from Send, because a request can be given up sooner.
 constexpr Duration kAckLimit = 500ms;
 
-/// Sets options so that a vanished peer is noticed, and so that a closed connection sends nothing
-/// more: every close, even the end of the process, resets the connection, and the kernel drops its
+/// Sets options so that a vanished peer is noticed, and a closed connection sends nothing more:
+/// every close, even by the end of the process, resets the connection, so that the kernel drops its
 /// buffer.
 void SetOptions(tcp::socket& socket) {
   const int fd = socket.native_handle();
@@ -277,7 +277,7 @@ class TcpClient final : public Transport {
     if (session_) session_->Pause(paused);
   }
   std::size_t Unsent() const override { return session_ ? session_->unsent() : 0; }
-  /// True if the server has acknowledged all bytes; they can still wait for its serial port.
+  /// True if the server has acknowledged all bytes. They may still wait for its serial port.
   bool IsDrained() const override {
     return !session_ || (session_->unsent() == 0 && Queued(session_->stream(), SIOCOUTQ) == 0);
   }
@@ -327,7 +327,7 @@ class TcpClient final : public Transport {
   std::shared_ptr<StreamPump<tcp::socket>> session_;
   SoftwareParity parity_;
   asio::steady_timer ack_timer_;
-  std::shared_ptr<char> awaiting_;  ///< held while the timer runs; null: the timer has no effect
+  std::shared_ptr<char> awaiting_;  ///< null: no wait is planned, so ack_timer_ has no effect
   Instant sent_at_{};
   /// Requests up to this position of the connection's output were given up.
   std::uint64_t given_up_ = 0;
@@ -465,7 +465,7 @@ std::uint64_t TcpClient::Acknowledged() const {
 
 void TcpClient::AwaitAcknowledgement() {
   awaiting_ = std::make_shared<char>();
-  // Bytes that were never sent cannot be acknowledged soon, so do not wait.
+  // If some bytes are still unsent, the peer has no room and will not acknowledge soon.
   const bool no_room = Queued(session_->stream(), SIOCOUTQNSD) > 0;
   ack_timer_.expires_at(no_room ? Instant{} : sent_at_ + kAckLimit);
   ack_timer_.async_wait([this, awaited = given_up_,

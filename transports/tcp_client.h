@@ -19,7 +19,8 @@
 
 namespace baudgate::transports {
 
-// The host and port of "tcp://host:port", the port of a line; IPv6 addresses are in brackets there.
+// The host and the port number in "tcp://host:port", which is the port of a line. An IPv6 address
+// is in brackets there.
 struct TcpAddress {
   std::string host;  ///< name or address, without brackets
   std::uint16_t port = 0;
@@ -42,11 +43,12 @@ class HostNames {
   using LookUp = std::function<Result<Addresses>(const std::string& host)>;
   using Done = std::function<void(const Result<Addresses>&)>;
 
-  /// The maximum number of concurrent look-ups with a waiting caller; further look-ups queue.
+  /// The maximum number of concurrent look-ups with a waiting caller; further look-ups wait.
   static constexpr std::size_t kMostAwaited = 4;
-  /// A host is given up when no caller waits for its running look-up any more. At most kMostHanging
-  /// look-ups of such hosts are allowed in addition; a host that was given up is looked up again
-  /// only while fewer than kMostRetried of these look-ups run.
+  /// A host is given up when no caller waits for its running look-up any more. The look-up then
+  /// does not count for kMostAwaited, but at most kMostAwaited + kMostHanging look-ups run. A host
+  /// that was given up is looked up again only while fewer than kMostRetried look-ups of such hosts
+  /// run.
   static constexpr std::size_t kMostHanging = 12;
   static constexpr std::size_t kMostRetried = 4;
 

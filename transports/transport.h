@@ -32,21 +32,22 @@ class TransportListener {
   virtual void OnNoConnection(const std::string& reason, NoConnection /*why*/) {
     OnOpenFailed(reason);
   }
-  /// Passes received bytes. A character with a parity or framing error arrives as 0xFF: 0xFF means
-  /// nothing in any supported protocol, and without it an unchecked number would lose a digit.
+  /// Passes received bytes. A character with a parity or framing error arrives as 0xFF, see
+  /// kDamaged in transports/parity.h.
   virtual void OnBytes(View bytes) = 0;
-  /// Called when the system has accepted all bytes of Send, after some had to wait.
+  /// Called when the system has accepted all bytes of Send, if some bytes had to wait.
   virtual void OnRoom() {}
   /// The port or connection is lost (unplugged, hung up); the transport has closed itself.
   virtual void OnLost(const std::string& reason) = 0;
-  /// The port accepts no data; the transport has closed itself.
+  /// The port accepts no data for too long; the transport has closed itself.
   virtual void OnStuck(const std::string& reason) { OnLost(reason); }
   /// The peer has closed the connection, and the transport has closed itself. `unread`: the peer
   /// had not read all bytes that were sent.
   virtual void OnEnded(const std::string& reason, bool /*unread*/) { OnLost(reason); }
 };
 
-/// Error counts of the driver since the port was opened; all zero if the driver does not count.
+/// Error counts since the port was opened. If the driver does not count, `parity` or `framing`
+/// counts the damaged characters.
 struct PortCounters {
   std::uint32_t parity = 0;
   std::uint32_t framing = 0;
@@ -60,38 +61,39 @@ class Transport {
  public:
   virtual ~Transport() = default;
   /// Opens the port with the settings of the constructor, even if Apply has set others, and drops
-  /// old input. Exactly one OnOpened or OnOpenFailed follows, unless Close is called first.
+  /// old input. Exactly one OnOpened, OnOpenFailed or OnNoConnection follows, unless Close is
+  /// called first.
   virtual void Open() = 0;
-  /// Closes at once and without a callback; a slow driver finishes closing on another thread.
+  /// Closes at once and without a callback. Another thread finishes the close of a slow driver.
   virtual void Close() = 0;
   virtual bool is_open() const = 0;
-  /// Sends all bytes; if that fails, OnLost follows. Must be called only while the port is open.
+  /// Sends all bytes; if that fails, OnLost, OnStuck or OnEnded follows. Must be called only while
+  /// the port is open.
   virtual void Send(View bytes) = 0;
   /// Discards bytes of Send that have not left this machine, because their request has been given
-  /// up. If the bytes cannot be withdrawn, the transport closes itself and OnLost follows. Bytes
-  /// that the other side has accepted cannot be withdrawn.
+  /// up. If they cannot be withdrawn, the transport closes itself and OnStuck follows. Bytes that
+  /// the other side has accepted cannot be withdrawn.
   virtual void DropUnsent() = 0;
   /// Changes the settings of the open port, for buses whose settings differ per device. The change
   /// takes effect at once, without waiting for output, so call it only between exchanges.
   virtual Status Apply(const config::SerialSettings& serial) = 0;
-  /// Returns the open port to the state after Open, but with the settings `serial`: switches,
-  /// pauses and PassOn are undone. Bytes for which IsDrained was true are still transmitted.
+  /// Returns the open port to the state after Open, but with the settings `serial`. Undoes Set,
+  /// Pause and PassOn. Bytes for which IsDrained was true are still transmitted.
   virtual Status Reset(const config::SerialSettings& serial) = 0;
   /// If another program has changed the settings of the open port, sets them again and returns what
   /// was changed: "echo is on, input comes by whole lines". Else returns nothing.
   virtual std::optional<std::string> Restore() { return std::nullopt; }
   virtual PortCounters Counters() const { return {}; }
 
-  // The functions below are for a port that is lent to a network client
+  // The functions from Pause to KeepsBitRate are for a port that is lent to a network client
   // (gateway/lines/serial_server).
-  /// Stops or resumes reading. While paused, received bytes wait in the driver.
   virtual void Pause(bool /*paused*/) {}
   /// Returns the number of bytes of Send that still wait in this program.
   virtual std::size_t Unsent() const { return 0; }
-  /// True if all bytes have left this machine, as far as this can be determined.
+  /// True if all bytes have left this machine, as far as the system shows it.
   virtual bool IsDrained() const { return Unsent() == 0; }
-  /// Lends the port to a client until Reset: flow control is then allowed to hold output back
-  /// without a time limit, and damaged characters arrive unmarked.
+  /// Lends the port to a client until Reset: flow control may hold output back without a time
+  /// limit, and damaged characters arrive unmarked (with software parity, as 0xFF).
   virtual Status PassOn() { return {}; }
   /// Discards received bytes (`input`) and unsent bytes (`output`) that wait in this machine.
   virtual void Purge(bool /*input*/, bool /*output*/) {}
@@ -102,7 +104,7 @@ class Transport {
   virtual Status Set(PortSwitch /*which*/, bool /*on*/) {
     return Error{"a connection to a serial server has no DTR, RTS or break"};
   }
-  /// True if bytes take time to transmit: a tty that has a UART, as far as this can be determined.
+  /// True if bytes take time to transmit: the port is a tty, no pty and no serial server.
   virtual bool KeepsBitRate() const { return false; }
   /// Returns "serial /dev/ttyUSB0 9600 7E1", for logs.
   virtual std::string Describe() const = 0;

@@ -24,8 +24,7 @@
 namespace baudgate::tools {
 namespace {
 
-/// Adds an option whose argument is a time, which is stored in `target`. `target` must stay valid
-/// as long as `command`.
+/// `target` must stay valid as long as `command`.
 void AddTime(CLI::App& command, const std::string& name, std::optional<WallTime>& target) {
   command.add_option_function<std::string>(
       name,

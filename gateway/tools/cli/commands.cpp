@@ -34,7 +34,7 @@ bool IsFormat(std::string_view word) {
          kParities.find(word[1]) != std::string_view::npos && (word[2] == '1' || word[2] == '2');
 }
 
-/// The innermost subcommand that was parsed, with its full name. Example: "baudgate certs dds".
+/// The innermost subcommand in the command line, with its full name. Example: "baudgate certs dds".
 struct Command {
   const CLI::App* app;
   std::string name;

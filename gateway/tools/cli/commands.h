@@ -15,15 +15,15 @@
 
 namespace baudgate::tools {
 
-/// Returns a message if a bit rate and its format are given as two words (9600 8E1), because the
-/// parser would take the format for another argument; empty: they are not. To be called before
-/// parsing.
+/// Returns a message if bit rate and format are two words (--serial 9600 8E1 without quotes),
+/// because the parser takes the second word for another argument; empty: they are not. Must be
+/// called before parsing.
 std::optional<std::string> UnquotedSerial(std::span<char* const> words);
 
-/// Prints a suggestion for each word that could not be parsed. To be called after a parse error.
+/// Prints a suggestion for each word that could not be parsed. Must be called after a parse error.
 void TellMeant(const CLI::App& app, std::ostream& err);
 
-/// The function of the chosen subcommand, to be called after parsing. Returns the exit code.
+/// The function of the chosen subcommand. Returns the exit code.
 using Action = std::function<int(const config::Catalog&)>;
 
 /// Adds all subcommands. The chosen subcommand sets `action` during parsing; `app` and `action`
@@ -31,11 +31,10 @@ using Action = std::function<int(const config::Catalog&)>;
 void AddCommands(CLI::App& app, Action& action);
 void AddClientCommands(CLI::App& app, Action& action);
 void AddBusCommands(CLI::App& app, Action& action);
-/// Adds the subcommands about devices: twins, profiles, direct reads, a bridge.
 void AddDeviceCommands(CLI::App& app, Action& action);
 
-/// True if `word` is in the place of a subcommand but names none. The caller then lists the
-/// subcommands, because CLI11 does not.
+/// True if `word` is in the place of a subcommand but is no subcommand. The caller then lists the
+/// subcommands, because CLI11 does not list them.
 bool IsUnknownSubcommand(const CLI::App& app, std::string_view word);
 
 }  // namespace baudgate::tools

@@ -232,8 +232,6 @@ void AddProfiles(CLI::App& app, Action& action) {
   });
 }
 
-/// Adds the subcommand `read`. It reads through the running gateway or, with --port, directly at a
-/// free port.
 void AddRead(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand(
       "read", "Read the points of a device now, through the running gateway or at a free port");

@@ -16,7 +16,7 @@ namespace {
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
-/// Prints decoded frames; with the option `bytes`, the undecoded records. Flushes each line, for
+/// Prints decoded frames or, with the option `bytes`, each arrival of bytes. Flushes each line, for
 /// use in pipes.
 class TracePrinter {
  public:
@@ -67,8 +67,8 @@ int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter&
   return 0;
 }
 
-/// Returns how long to wait for the next record: until the end, or until a pause completes the
-/// frame whose bytes have come so far.
+/// Returns when to stop waiting for the next record: at `until`, or soon if the printer has
+/// received bytes, because a pause may show that they are a whole frame.
 std::optional<Instant> NextLook(std::optional<Instant> until, const TracePrinter& printer) {
   if (!printer.waits()) return until;
   const Instant soon = ReadClocks().instant + 2 * diagnosis::kApart;

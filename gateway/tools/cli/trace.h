@@ -17,7 +17,7 @@ struct TraceOptions {
   bool last = false;   ///< true: print the frames of the flight recorder, not new frames
   bool bytes = false;  ///< true: print each arrival of bytes separately, not decoded
   std::optional<Duration> seconds{};  ///< ends after this time; empty: ends at SIGINT or SIGTERM
-  std::string socket{};  ///< empty: the only gateway that answers in the default places
+  std::string socket{};  ///< path of the control socket; empty: the only running gateway is used
 };
 
 /// Flushes the output after each record, for use in pipes. Exit codes: 0, also when the gateway

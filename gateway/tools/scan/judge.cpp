@@ -26,7 +26,7 @@ std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, 
   return frames;
 }
 
-/// Returns the strongest verdict about the frames in `bytes`; empty: no frame gives a verdict.
+/// Returns the best verdict about the frames: `device`, else `maybe`; empty: no frame gives one.
 std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View request,
                                   View bytes) {
   std::optional<Verdict> verdict;
@@ -45,7 +45,7 @@ std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View r
   return verdict;
 }
 
-/// Returns the parity that bit 7 of all bytes represents; empty: bit 7 is not a parity bit, or is
+/// Returns the parity that bit 7 of all bytes represents; empty: bit 7 represents no parity or is
 /// never set.
 std::optional<config::Parity> ParityOfEighths(View bytes) {
   if (std::ranges::none_of(bytes, [](auto byte) { return (byte & kParityBit) != 0; })) return {};
@@ -102,7 +102,7 @@ Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gather
   const bool back = BeginsWith(heard, request);
   if (back && MayMirror(tongue, mode, request) &&
       !FromFrames(tongue, mode, request, heard.subspan(request.size()))) {
-    // A reply can be equal to its request. Bytes that follow do not belong to it.
+    // A reply can be equal to its request. Bytes after it are then no part of the reply.
     auto alike = FromFrames(tongue, mode, request, heard.first(request.size()));
     if (alike && alike->what == Verdict::What::maybe) return *alike;
   }

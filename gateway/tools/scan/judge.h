@@ -27,7 +27,7 @@
 namespace baudgate::scan {
 
 struct Gathered {
-  Bytes early{};              ///< bytes received before the request was sent
+  Bytes early{};              ///< bytes that were received before the request was sent
   Bytes heard{};              ///< bytes received after the request
   std::uint32_t damaged = 0;  ///< characters in `heard` with a wrong parity or stop bit
   bool stopped = false;       ///< true: the user has ended the scan
@@ -51,12 +51,12 @@ struct Verdict {
   /// Set if bit 7 of each byte of the reply is a parity bit: the device sends 7 data bits with this
   /// parity.
   std::optional<config::Parity> parity{};
-  std::string text{};  ///< for `foreign`: a sentence without a full stop
+  std::string text{};  ///< for `foreign` and `other`: the cause, without a full stop
 };
 
 Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gathered& gathered);
 
-/// Traffic on the line before the scan sends anything.
+/// Traffic on the line before the scan sends anything, as far as it is known.
 struct Talk {
   bool known = false;  ///< true: the traffic was recognised as that of a master
   std::string text{};  ///< description: a sentence without a full stop
@@ -76,7 +76,7 @@ struct Found {
   std::string identity{};  ///< name that the device reports; empty: it reports no name
   std::string profile{};   ///< empty: no profile fits
   bool assumed = false;    ///< true: `profile` is the usual profile of the protocol, not proven
-  std::string point{};     ///< see Sighting::point
+  std::string point{};     ///< a point of such devices, see protocols::Sighting::point
   unsigned unit = 0;       ///< Modbus unit, 1…247; 0: no unit is free
   bool suspect = false;    ///< true: two devices may have this address
   std::vector<std::string> remarks{};
@@ -84,14 +84,14 @@ struct Found {
 
 struct Report {
   std::vector<Found> found{};
-  bool network = false;  ///< true: the port is a serial server, which has the serial settings
+  bool network = false;  ///< true: the port is a serial server, whose settings are fixed
   bool echo = false;
   bool asked = false;
   bool ended = true;  ///< false: the user or the time limit has ended the scan
   std::vector<std::string> remarks{};
 };
 
-/// For each protocol and each device name (SpokenName), the profile that lists the name.
+/// Key: a protocol; value: for each device name (see SpokenName) the profile that lists the name.
 using ProfileNames = std::map<std::string, std::map<std::string, std::string>>;
 
 /// Returns the Modbus unit for a new device: its address if no other device has this unit, else the

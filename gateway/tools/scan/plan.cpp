@@ -9,13 +9,13 @@
 namespace baudgate::scan {
 namespace {
 
-/// The last address of the likely sweeps: devices are usually numbered from 1 on, and few buses
+/// The last address that LikelySweeps tries: devices are usually numbered from 1 on, and few buses
 /// have more devices.
 constexpr unsigned kLastLikely = 32;
 /// Additional timeout for the way through the network and a serial server.
 constexpr Duration kNetwork = 150ms;
-/// How much of the minute of a quick scan is planned for sweeps. The rest is needed for devices
-/// that answer.
+/// How much of kQuickLimit a quick scan plans for listening and sweeps. The rest is needed for
+/// devices that answer.
 constexpr Duration kQuickPlan = 46s;
 constexpr unsigned kHighestAddress = 999;
 
@@ -159,7 +159,7 @@ std::vector<Sweep> ThoroughSweeps(const Wish& wish,
   const auto has_answered = [&](const config::SerialSettings& serial) {
     return std::ranges::any_of(answered, [&](const auto& one) { return SameWire(one, serial); });
   };
-  // First the settings at which devices have answered, then the others.
+  // Sweeps at settings at which devices have answered come before each protocol's first setting.
   for (const bool first : {true, false}) {
     for (std::size_t i = 0; i < wish.tongues.size(); ++i) {
       const protocols::ScanRule& rule = wish.tongues[i].rule();
@@ -213,8 +213,8 @@ std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& s
       others.push_back(other);
     }
   }
-  // A pty accepts 7E1 and 8E1 alike, so the formats that devices of the protocol usually have come
-  // first.
+  // A pty ignores data bits, so 7E1 and 8E1 both work there. The scan takes the first format that
+  // works, so the protocol's usual formats come first.
   std::stable_partition(others.begin(), others.end(), is_listed);
   return others;
 }

@@ -19,12 +19,12 @@ namespace baudgate::scan {
 
 struct Tongue {
   const protocols::Protocol* protocol = nullptr;
-  /// The protocol's options for each mode of the ScanRule.
+  /// The protocol's options for each of ScanRule::modes.
   std::vector<protocols::ParsedOptions> options{};
 
   const protocols::ScanRule& rule() const { return *protocol->scan; }
 };
-/// Returns the protocol with its options. `protocol` must have a ScanRule.
+/// Returns `protocol` and its options. `protocol.scan` must not be null.
 Tongue TongueOf(const protocols::Protocol& protocol);
 
 struct Addresses {
@@ -39,7 +39,7 @@ struct Wish {
   std::vector<Tongue> tongues{};
   std::optional<Addresses> addresses{};  ///< empty: the usual addresses first, then all addresses
   bool quick = false;                    ///< true: the scan takes less than a minute
-  bool network = false;  ///< true: the port is a serial server, which has the serial settings
+  bool network = false;  ///< true: the port is a serial server, whose settings are fixed
 };
 
 /// A range of addresses of one protocol, with one setting of the port.
@@ -47,18 +47,19 @@ struct Sweep {
   std::size_t tongue = 0;
   config::SerialSettings serial{};
   Addresses addresses{};
-  std::size_t modes = 1;    ///< how many modes of the rule to try, from the first
-  std::uint32_t finds = 1;  ///< bit mask: which questions of the rule are sent
+  std::size_t modes = 1;    ///< how many of ScanRule::modes to try, from the first
+  std::uint32_t finds = 1;  ///< bit mask of the questions to send, see ScanRule::finds
   Duration patience{};      ///< timeout until the first byte of a reply
 };
 
 Duration TimeOf(const Sweep& sweep, const Wish& wish);
 Duration TimeOf(std::span<const Sweep> sweeps, const Wish& wish);
 
-/// Returns sweeps over the most likely settings and addresses, with short timeouts.
+/// Returns sweeps over the most likely settings and addresses, with short timeouts. A quick scan
+/// has only those that fit into kQuickLimit.
 std::vector<Sweep> LikelySweeps(const Wish& wish);
-/// Returns sweeps over all addresses, with longer timeouts: with the settings at which devices have
-/// answered, and with the first setting of each protocol. Returns none for a quick scan.
+/// Returns sweeps over all wanted addresses with longer timeouts: at each setting in `answered`,
+/// and at the first setting of each protocol. Returns none for a quick scan.
 std::vector<Sweep> ThoroughSweeps(const Wish& wish,
                                   std::span<const config::SerialSettings> answered);
 
@@ -71,11 +72,10 @@ std::vector<Listening> ListenFirst(const Wish& wish);
 
 inline constexpr Duration kQuickLimit = 57s;
 
-/// True if bit rate and character format are equal.
+/// True if bit rate, data bits, parity and stop bits are equal.
 bool SameWire(const config::SerialSettings& a, const config::SerialSettings& b);
-/// Returns the other character formats at the same bit rate that can carry the protocol's
-/// characters. Formats that devices of the protocol usually have come first. `protocol` must have a
-/// ScanRule.
+/// Returns the other formats at this bit rate that can carry the protocol's characters, those in
+/// its ScanRule first. `protocol.scan` must not be null.
 std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& serial,
                                                  const protocols::Protocol& protocol);
 

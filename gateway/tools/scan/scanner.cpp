@@ -6,10 +6,10 @@
 namespace baudgate::scan {
 namespace {
 
-/// How often a found device is asked again. Two devices with one address do not always collide.
+/// How often a found device is asked again: two devices with one address do not always collide.
 constexpr int kRepeats = 3;
-/// How often a question is tried if another master is active, because replies are then lost now and
-/// then.
+/// How often a question is sent if another master is active, because some replies then collide with
+/// its requests.
 constexpr int kTriesInTraffic = 4;
 /// Fewer bytes than this are a disturbance of the line, no reply.
 constexpr std::size_t kLeastOfReply = 3;
@@ -38,8 +38,8 @@ Status Scanner::Run() {
   return status_;
 }
 
-/// Applies serial settings. Returns false if the port does not support them; the scan then goes on
-/// without them.
+/// Applies serial settings. Returns false if the port does not support them; the caller then skips
+/// these settings.
 bool Scanner::Set(const config::SerialSettings& serial) {
   if (wish_.network) return true;
   const Status set = wire_.Apply(serial);
@@ -55,8 +55,6 @@ void Scanner::SetBack(const config::SerialSettings& serial) {
   status_ = set;
   End();
 }
-
-// ---------------------------------------------------------------- traffic of others
 
 void Scanner::Listen() {
   Duration left = TimeOf(LikelySweeps(wish_), wish_) + TimeOf(ThoroughSweeps(wish_, {}), wish_);
@@ -85,8 +83,6 @@ void Scanner::TellForeign(const std::string& who) {
   if (!traffic_) End();
 }
 
-// ---------------------------------------------------------------- the addresses of a sweep
-
 void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
   if (!Set(sweep.serial)) return;
   const Tongue& tongue = wish_.tongues[sweep.tongue];
@@ -112,8 +108,8 @@ void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
   }
 }
 
-/// True if the device was found already: in this protocol, or in a protocol for whose devices the
-/// questions of this protocol are writes (never_at).
+/// True if a device was found at this address: one of this protocol, or of the protocol
+/// ScanRule::never_at, for whose devices questions of this protocol are writes.
 bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
   const protocols::Protocol& protocol = *wish_.tongues[tongue].protocol;
   return known_.contains({std::string(protocol.name), address}) ||
@@ -121,7 +117,7 @@ bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
 }
 
 void Scanner::Look(Asked asked, std::uint32_t finds) {
-  bool proof = false;  // true: the reply could be an echo, so the next question decides
+  bool proof = false;  // true: the reply could be an echo, so the next question must prove it
   for (std::size_t question = 0; question < TongueAt(asked).rule().questions; ++question) {
     if ((finds >> question & 1U) == 0 && !proof) continue;
     asked.question = question;
@@ -173,8 +169,8 @@ Verdict Scanner::ExchangeOnce(const Asked& asked) {
   return verdict;
 }
 
-/// Called after bytes that came without a request or from another device than the asked one. They
-/// may be a late reply to `late`, so `late` is asked again with a longer timeout.
+/// Called after bytes that came without a request, or from another device than the asked one.
+/// `late` may have sent them late, so it is asked again with a longer timeout.
 void Scanner::CheckLate(std::optional<Asked> late) {
   if (!late || traffic_ || checking_late_ || IsKnown(late->tongue, late->address)) return;
   late->patience = *TongueAt(*late).protocol->timing(late->serial).reply;
@@ -215,8 +211,8 @@ bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   }
 }
 
-/// The device accepts any parity, and its reply shows its real character format. Asks it in that
-/// format, and records the format if the device answers.
+/// Called for a device that accepts any parity: bit 7 of its reply shows its own character format.
+/// Asks it in this format, and records the format if the device answers.
 void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
   const Asked before = asked;
   asked.serial.data_bits = 7;
@@ -277,8 +273,6 @@ void Scanner::OnGarbled(const Asked& asked) {
   doubtful_.push_back(std::move(found));
 }
 
-// ---------------------------------------------------------------- what was found
-
 void Scanner::Take(const Asked& asked, protocols::Sighting sighting,
                    std::vector<std::string> remarks) {
   const Tongue& tongue = TongueAt(asked);
@@ -329,7 +323,7 @@ bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) 
 void Scanner::AskName(const Asked& asked, protocols::Sighting& sighting) {
   Asked more = asked;
   const protocols::ScanRule& rule = TongueAt(asked).rule();
-  // A missing reply is not tried again, because most devices without a name do not support the
+  // A missing reply is not asked for again, because most devices without a name do not support the
   // question.
   for (std::size_t question = 0; question < rule.questions; ++question) {
     if (!sighting.identity.empty()) return;
@@ -353,8 +347,8 @@ void Scanner::Keep(Found found) {
   report_.found.push_back(std::move(found));
 }
 
-/// Drops damaged replies from an address at which another protocol has found a device, because this
-/// device has sent them.
+/// Drops a device of which only damaged replies came if another protocol has found a device at its
+/// address, because that device has sent the replies.
 void Scanner::Finish() {
   for (Found& doubtful : doubtful_) {
     const bool explained = std::ranges::any_of(

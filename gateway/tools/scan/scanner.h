@@ -1,7 +1,7 @@
-// `Scanner` executes a scan: it listens, sends the questions of the plan (plan.h), judges the
-// replies (judge.h), and repeats a question if its reply is not clear. It sends only what the
-// ScanRule of each protocol lists. The caller provides the port and the clock (`Wire`), and
-// receives what was found (`Watcher`).
+// `Scanner` executes a scan: it listens, sends the questions of the plan
+// (gateway/tools/scan/plan.h), judges the replies (gateway/tools/scan/judge.h), and repeats a
+// question if its reply is not clear. It sends only what the ScanRule of each protocol lists. The
+// caller provides the port and the clock (`Wire`), and receives what was found (`Watcher`).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -100,10 +100,10 @@ class Scanner {
   bool traffic_ = false;
   std::set<std::string> refused_;  ///< serial settings that the port does not support
   std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address of found devices
-  std::vector<Found> doubtful_;  ///< addresses from which only damaged replies came
+  std::vector<Found> doubtful_;  ///< addresses from which only damaged replies came so far
   std::vector<config::SerialSettings> answered_;
   std::optional<Asked> last_;
-  std::optional<Asked> previous_;  ///< the last question to another address than that of last_
+  std::optional<Asked> previous_;  ///< the last question before last_ that went to another address
   bool checking_late_ = false;
   Instant limit_{};
 };

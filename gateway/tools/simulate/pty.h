@@ -31,12 +31,11 @@ class Pty {
   Pty& operator=(Pty&& other) noexcept;
   ~Pty() { Unplug(); }
 
-  /// Returns the master (non-blocking, close-on-exec); -1 after Unplug or TakeMaster. The Pty still
-  /// owns the master.
+  /// Returns the master (non-blocking, close-on-exec), which this Pty closes; -1 after Unplug or
+  /// TakeMaster.
   int master() const { return master_; }
-  /// Passes the ownership of the master to the caller, for example for an asio stream_descriptor.
+  /// Passes the ownership of the master to the caller.
   int TakeMaster();
-  /// Returns the path of the slave. Example: "/dev/pts/7".
   const std::string& slave_path() const { return slave_path_; }
   /// Returns the path that a reader opens: the link, or the slave's path if there is no link.
   const std::string& path() const { return link_.empty() ? slave_path_ : link_; }

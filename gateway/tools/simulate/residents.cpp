@@ -137,7 +137,7 @@ bool Residents::speaks_unasked() const {
   });
 }
 
-/// Makes the twins. `seed`: the seed of the first twin; each further twin gets the next number.
+/// `seed`: the seed of the first twin; each further twin gets the next number.
 Residents::Twins Residents::MakeTwins(const protocols::Protocol& protocol,
                                       std::vector<config::Device> devices, std::uint32_t seed) {
   Twins twins;
@@ -177,7 +177,7 @@ Residents::Answer Residents::Hear(View request, Instant end) {
   }
   if (faults_) {
     answer.heard = faults_->Deliver(request, answer.reply, end);
-  } else if (!answer.reply.empty()) {  // without a reply, pieces of earlier replies are still sent
+  } else if (!answer.reply.empty()) {  // only a new reply drops pieces of earlier replies
     answer.interrupts = true;
     TwinWire wire = wire_;
     wire.serial = answer.serial;
@@ -225,8 +225,8 @@ void Residents::SetFaults(const std::vector<Fault>& wanted, Instant now) {
   });
 }
 
-/// Makes copies of the twins with different values. All copies reply under one address that no twin
-/// has.
+/// Makes copies of the twins with different values, for the fault wrong_address. All copies reply
+/// under one address that no twin has.
 Residents::Twins Residents::MakeStrangers() const {
   std::vector<config::Device> devices;
   for (const auto& one : twins_) devices.push_back(one->device);

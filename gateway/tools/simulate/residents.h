@@ -48,7 +48,7 @@ struct EventSchedule {
   bool numbered = false;
 };
 
-/// Parses a schedule. The error text contains the permitted form.
+/// The error text contains the permitted form.
 Result<EventSchedule> ParseEventSchedule(std::string_view text);
 
 class TwinEvents {
@@ -60,9 +60,7 @@ class TwinEvents {
   void CatchUp(protocols::Twin& twin, const config::Device& device, Now now);
 
   std::uint64_t raised() const { return raised_; }
-  std::uint64_t refused() const {
-    return refused_;
-  }  ///< number of events that the twin has refused
+  std::uint64_t refused() const { return refused_; }
 
  private:
   protocols::DeviceEvent Next(const config::Device& device) const;
@@ -74,8 +72,8 @@ class TwinEvents {
   std::uint64_t refused_ = 0;
 };
 
-/// Returns the lowest number that is an address of this protocol and that no device of `devices`
-/// has. Example: 3 for devices 1 and 2. Empty: addresses of the protocol are not numbers.
+/// Returns the lowest number that is an address of this protocol and not of a device in `devices`.
+/// Example: 3 for devices 1 and 2. Empty: addresses of the protocol are not numbers.
 std::optional<std::string> FreeAddress(const protocols::Protocol& protocol,
                                        std::span<const config::Device> devices);
 
@@ -83,13 +81,13 @@ class Residents {
  public:
   struct Answer {
     Bytes reply;                    ///< reply of the twin; empty: no twin answers
-    std::vector<TimedPiece> heard;  ///< bytes that the master receives, after faults
+    std::vector<TimedPiece> heard;  ///< bytes that the master receives, changed by faults
     /// True: pieces of earlier replies that were not sent yet must be dropped.
     bool interrupts = false;
     config::SerialSettings serial;
   };
 
-  /// `devices` must not be empty. `wire` applies to devices that have no serial settings.
+  /// `devices` must not be empty. `wire.serial` is for devices without serial settings.
   Residents(const protocols::Protocol& protocol, std::vector<config::Device> devices,
             const TwinWire& wire, const std::optional<EventSchedule>& events);
   Residents(const Residents&) = delete;
@@ -107,7 +105,7 @@ class Residents {
   /// Returns the next message that a twin sends unasked; empty: there is no message now.
   Bytes Say(Now now);
 
-  /// Replaces all faults. Their counts and schedules start again.
+  /// Replaces all faults. The counts and the schedules of the new faults start now.
   void SetFaults(const std::vector<Fault>& faults, Instant now);
   std::vector<FaultCount> fault_counts() const;
   /// Returns the numbers of raised and of refused events.

@@ -31,18 +31,18 @@ struct TwinGroup {
 };
 
 struct SimulatorOptions {
-  std::string link;  ///< path of the symbolic link to the pty; empty: no link
+  std::string link;  ///< path of the symbolic link to make to the pty; empty: no link
   /// The address of a TCP server, in place of a pty; port 0: any free port.
   std::optional<config::HostPort> listen;
   /// Serial settings that determine how long each character takes on the wire; empty: characters
   /// take no time.
   std::optional<config::SerialSettings> pace;
-  /// True: if a reader has set the pty to another bit rate or format, bytes are converted to what a
-  /// UART with these settings would receive.
+  /// True: if a reader has set the pty to another bit rate or format than the twins have, reader
+  /// and twins receive what a UART would receive.
   bool strict = false;
   Duration think_time = 5ms;  ///< from the end of the request to the first byte of the reply
-  std::vector<Fault> faults;  ///< their schedules begin when the simulator is created
-  std::optional<EventSchedule> events;  ///< schedule of the events of each twin
+  std::vector<Fault> faults;  ///< the schedules of the faults begin when the simulator is created
+  std::optional<EventSchedule> events;  ///< empty: twins that send unasked raise events every 2 s
   /// Called with each request, the reply of the twins (empty: no twin replies), and the bytes that
   /// are sent, which include late replies and an echo. Called on the thread of the io_context.
   std::function<void(View request, View reply, View delivered)> observer;
@@ -63,7 +63,7 @@ class Simulator {
 
   /// Returns the value for `port:` of a line: a path, or for example "tcp://127.0.0.1:4001".
   const std::string& path() const;
-  /// The number of answered requests, and of the characters of these exchanges in both directions.
+  /// The number of answered requests, and the number of characters of these requests and replies.
   /// Thread-safe.
   std::uint64_t answered() const;
   std::uint64_t characters() const;
@@ -72,8 +72,8 @@ class Simulator {
   /// Returns the numbers of raised and of refused events. To be called on the thread of the
   /// io_context.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;
-  /// Replaces all faults. Their counts and schedules start again. To be called on the thread of the
-  /// io_context.
+  /// Replaces all faults. The counts and the schedules of the new faults start now. To be called on
+  /// the thread of the io_context.
   void SetFaults(const std::vector<Fault>& faults);
 
  private:
@@ -85,8 +85,8 @@ class Simulator {
 // `SimulateLine` makes the twins of a whole line of a configuration, which can have several
 // protocols and serial settings. Used by `baudgate simulate -c` and the demo.
 
-/// Takes the place (link or listen) and the faults from `options`. The line determines the pace,
-/// and the serial settings that a reader must use.
+/// Uses `link` or `listen`, faults, events and think time of `options`. `line` determines the bit
+/// rate, and the serial settings that a reader must use.
 Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const config::Line& line,
                                                 const config::Catalog& catalog,
                                                 SimulatorOptions options);

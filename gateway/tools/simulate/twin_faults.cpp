@@ -16,8 +16,8 @@ namespace baudgate::tools {
 namespace {
 
 constexpr std::size_t kFaultKinds = 11;
-/// The byte that the transport delivers in place of a character with a wrong parity
-/// (transports/serial_port.h).
+/// The byte that a transport delivers in place of a damaged character (kDamaged in
+/// transports/parity.h).
 constexpr std::uint8_t kParityError = 0xFF;
 
 // These functions replace the distributions of the standard library, because their results differ
@@ -149,7 +149,7 @@ bool TwinFaults::Apply(Active& active, Utterance& said) {
   return false;
 }
 
-/// Inserts a silence behind a random character, but not behind the last.
+/// Inserts a silence behind a random character, except the last character.
 bool TwinFaults::Stall(Active& active, Speech& speech) {
   if (speech.empty() || speech.back().bytes.size() < 2) return false;
   Bytes& whole = speech.back().bytes;
@@ -205,7 +205,7 @@ Bytes TwinFaults::Garbage(Active& active) const {
   return bytes;
 }
 
-/// Returns the delayed replies that are due with this request.
+/// Returns the late replies that waited for this request, see Fault::exchanges.
 TwinFaults::Speech TwinFaults::TakeHeld() {
   Speech due;
   for (Held& held : held_) {
@@ -230,7 +230,7 @@ constexpr std::size_t kMostCount = 1024;
 constexpr std::size_t kMostExchanges = 16;
 constexpr Duration kLongestPause = 10min;
 
-/// The keys that one kind of fault has in addition to the common keys, and their default values.
+/// The keys that a kind of fault has beyond rate, seed, after, for and every, with their defaults.
 struct KindKeys {
   Kind kind;
   std::string_view count;  ///< name of the key for Fault::count; empty: the kind has none
@@ -295,7 +295,7 @@ std::optional<double> ParseShare(std::string_view value) {
 
 Status ReadRate(std::string_view value, double& target) {
   const auto number = ParseShare(value);
-  if (!number || !(*number >= 0 && *number <= 1)) {  // 0e999 gives NaN
+  if (!number || !(*number >= 0 && *number <= 1)) {  // "0e999" gives NaN, which must fail too
     return Error{"write a number from 0 (never) to 1 (always)"};
   }
   target = *number;
@@ -312,7 +312,6 @@ Status ReadTime(std::string_view value, Duration least, Duration most, Duration&
   return {};
 }
 
-/// Sets the member of a key. `key` must be in KeysOf(keys).
 Status SetKey(Fault& fault, const KindKeys& keys, std::string_view key, std::string_view value) {
   constexpr Duration kLongest = 24h * 365;
   if (key == keys.count) return ReadWhole<std::size_t>(value, 1, kMostCount, fault.count);
@@ -348,7 +347,6 @@ Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
   return {};
 }
 
-/// Checks rules that concern several keys.
 Status CheckWhole(const Fault& fault, const std::set<std::string_view>& given) {
   if (given.contains("every") && !given.contains("for")) {
     return Error{"every= needs for=: how long the fault lasts each time"};

@@ -19,7 +19,7 @@
 namespace baudgate::tools {
 
 struct TimedPiece {
-  Duration after;  ///< from the end of the request to the end of the last character
+  Duration after;  ///< from the end of the request to the end of the last character in `bytes`
   Bytes bytes;
 };
 
@@ -30,7 +30,7 @@ struct Fault {
     wrong_address,
     loss,
     bits,
-    stall,  ///< a silence within the reply
+    stall,  ///< the reply contains a silence
     dribble,
     doubled,
     garbage_before,
@@ -40,13 +40,13 @@ struct Fault {
   };
   Kind kind = Kind::loss;
   double rate = 1;         ///< share of the replies that the fault strikes, 0…1
-  std::uint64_t seed = 1;  ///< faults with the same seed strike the same exchanges in the same way
-  Duration after{};        ///< from the start to the first occurrence
-  Duration lasts{};        ///< duration of an occurrence; zero: to the end
-  Duration every{};        ///< from one occurrence to the next; zero: only once
-  std::size_t count = 1;   ///< bits: number of flipped bits; garbage: number of bytes
-  Duration pause{};        ///< stall, dribble, doubled: length of the silence; late: the delay
-  std::size_t exchanges = 0;  ///< late: delay in number of requests; zero: delay by `pause`
+  std::uint64_t seed = 1;  ///< runs with the same seed strike the same exchanges in the same way
+  Duration after{};        ///< from the start of the simulation to the first occurrence
+  Duration lasts{};        ///< duration of an occurrence; zero: the fault does not end
+  Duration every{};  ///< from the start of one occurrence to the start of the next; zero: only once
+  std::size_t count = 1;  ///< number of flipped bits (bits), or of bytes (garbage_before, _after)
+  Duration pause{};       ///< the silence (stall, dribble, doubled), or the delay (late)
+  std::size_t exchanges = 0;  ///< delay of the kind late, in requests; zero: the delay is `pause`
   std::string text;           ///< the fault as the user wrote it
 
   bool IsDue(Duration since_start) const;
@@ -73,9 +73,8 @@ struct FaultCount {
 
 class TwinFaults {
  public:
-  /// Returns the reply of another device to `request`, with the address of this other device. It is
-  /// called for each request that the twin answers, so that the sessions of the other device stay
-  /// valid.
+  /// Returns the reply of another device to `request`, with that device's address. Called for each
+  /// request that the twin answers, so that the sessions of the other device stay valid.
   using Stranger = std::function<Bytes(View request, Instant now)>;
 
   /// `stranger`: see Stranger; empty: the fault wrong_address never occurs. The times of the faults
@@ -83,8 +82,8 @@ class TwinFaults {
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
              Stranger stranger = {});
 
-  /// True while the fault `death` is active. When it ends, the caller must create a new twin,
-  /// because a restarted device has lost its sessions.
+  /// True while the fault `death` is active. When the fault ends, the caller must create a new
+  /// twin, because a restarted device has lost its sessions.
   bool IsDead(Instant now) const;
 
   /// Returns the bytes that the master receives after `request`, sorted by time. `reply` empty: the
@@ -141,7 +140,7 @@ class TwinFaults {
 // `ParseFault` reads a fault as the user writes it for `simulate --fault`. Example:
 // "bits:rate=0.1,count=2,every=60s,for=20s". docs/faults.md lists the kinds and keys.
 
-/// The error contains the fault, the key and the permitted values.
+/// The error tells the fault, the key and the permitted values.
 Result<Fault> ParseFault(std::string_view text);
 
 }  // namespace baudgate::tools

@@ -167,9 +167,9 @@ std::size_t TwinPort::Held() const {
   return held;
 }
 
-/// Returns the bytes as the twins' UART receives them, if no character is damaged and the bit rates
-/// are equal. Otherwise returns the bytes unchanged, so that twins answer and a reader with other
-/// settings receives some bytes.
+/// Returns what the twins' UART receives of `bytes` from a reader that uses other serial settings.
+/// If the bit rates differ or a character is damaged, returns `bytes` unchanged: the twins then
+/// answer, and the reader receives their replies damaged.
 Bytes TwinPort::AsSent(Residents& residents, View bytes) const {
   const Bytes as_they_are(bytes.begin(), bytes.end());
   if (!bus_->strict) return as_they_are;
@@ -191,9 +191,9 @@ void TwinPort::OnRequestBytes(View bytes) {
   AwaitSilence();
 }
 
-/// Returns the next request. If only a silence can end a request, it is returned at once if the
-/// assembler contains nothing else. Otherwise more bytes may follow, and the assembler stays
-/// unchanged.
+/// Returns the next request; empty: no whole request has come. A request that only a silence would
+/// end is returned at once, unless the assembler would discard bytes: then more bytes may follow,
+/// and the assembler stays unchanged.
 std::optional<Bytes> TwinPort::NextRequest(protocols::Assembler& assembler) {
   if (auto frame = assembler.Next(false)) return frame;
   protocols::Assembler after_silence = assembler;
@@ -220,7 +220,7 @@ void TwinPort::OnSilence() {
   asio::posix::stream_descriptor::bytes_readable waiting(true);
   asio::error_code error;
   descriptor_.io_control(waiting, error);
-  // This program was late, so these bytes must be read first.
+  // Bytes wait to be read, because this program was late. So the line was not silent.
   if (!error && waiting.get() > 0) return;
   for (std::size_t i = 0; i < assemblers_.size(); ++i) {
     while (const auto frame = assemblers_[i].Next(true)) OnRequest(*bus_->residents[i], *frame);
@@ -254,8 +254,8 @@ Bytes TwinPort::AsReceived(View bytes, const config::SerialSettings& speaker) co
   return {bytes.begin(), bytes.end()};
 }
 
-/// Adds `bytes` to the pieces to send. `until`: when their last character is sent. Returns the
-/// bytes as the reader receives them.
+/// Adds `bytes` to the pieces to send. Their last character is sent at `until`. Returns the bytes
+/// as the reader receives them.
 Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& speaker) {
   const Bytes heard = AsReceived(bytes, speaker);
   View rest = heard;

@@ -35,7 +35,7 @@ struct Received {
 Received ReceiveAs(const config::SerialSettings& receiver, View sent,
                    const config::SerialSettings& sender);
 
-/// True if each character arrives unchanged.
+/// True if characters between UARTs with these settings arrive unchanged.
 bool Understand(const config::SerialSettings& a, const config::SerialSettings& b);
 
 /// The twins of one bus, grouped by protocol, and their counters.
@@ -79,7 +79,7 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   asio::posix::stream_descriptor descriptor_;
   asio::steady_timer timer_;
   asio::steady_timer silence_;  // runs while an assembler contains a part of a request
-  asio::steady_timer speech_;   // for twins that send unasked
+  asio::steady_timer speech_;   // expires when twins are asked for unasked messages again
   std::vector<protocols::Assembler> assemblers_;  // one for each of bus_->residents
   std::array<std::uint8_t, 1024> buffer_{};
   bool over_ = false;

@@ -25,7 +25,7 @@ class StopSignals {
     sigemptyset(&set_);
     sigaddset(&set_, SIGINT);
     sigaddset(&set_, SIGTERM);
-    if (!IsIgnored(SIGHUP)) sigaddset(&set_, SIGHUP);  // ignored if the command runs under nohup
+    if (!IsIgnored(SIGHUP)) sigaddset(&set_, SIGHUP);  // nohup makes a command ignore SIGHUP
     if (also == And::resize) sigaddset(&set_, SIGWINCH);
     pthread_sigmask(SIG_BLOCK, &set_, &before_);
     descriptor_ = ::signalfd(-1, &set_, SFD_CLOEXEC | SFD_NONBLOCK);
@@ -41,7 +41,7 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
   /// The descriptor is readable when a signal has come.
   int descriptor() const { return descriptor_; }
-  /// Returns true if a signal comes within `time`.
+  /// Waits for a signal, at most `time` or 1000 s. Returns true if a signal has come.
   bool Wait(Duration time) const {
     pollfd waited{descriptor_, POLLIN, 0};
     const auto whole = std::chrono::ceil<std::chrono::milliseconds>(time).count();

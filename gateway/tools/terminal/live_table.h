@@ -1,5 +1,5 @@
-// `RenderTable` renders tables of live values as text. `baudgate watch` and `baudgate demo` fill
-// the tables from samples, and print the text on a terminal.
+// `RenderTable` renders tables as text for a terminal: the live values of `baudgate watch` and
+// `baudgate demo`, and the status.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -56,7 +56,7 @@ struct TableRow {
 
 struct TableView {
   std::size_t width = 0;  ///< characters in a line; 0 = no limit
-  /// Number of lines, with the head; 0: no limit. Rows that do not fit are counted.
+  /// Number of lines with the head; 0: no limit. If rows do not fit, the last line tells how many.
   std::size_t height = 0;
   bool colour = false;
 };
@@ -78,8 +78,7 @@ struct PointRow {
   bool gone = false;            ///< true: the point's gateway no longer publishes it
 };
 
-/// Renders device, point, value, unit, quality and age. The device's name is only in the first row
-/// of the device.
+/// The device's name is only in the first row of the device.
 std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& view);
 
 /// Returns the size of the terminal of `descriptor`; nullopt: it is not a terminal. `colour` is

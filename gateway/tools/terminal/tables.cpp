@@ -10,7 +10,7 @@
 namespace baudgate::tools {
 namespace {
 
-constexpr std::size_t kLeastWidth = 20;  // minimum width of wrapped lines, also with an indent
+constexpr std::size_t kLeastWidth = 20;  // lines are not made narrower than this
 
 /// Returns how many bytes the first `width` characters have.
 std::size_t BytesOf(std::string_view text, std::size_t width) {
@@ -61,7 +61,7 @@ std::string WrapSentence(std::string_view text, std::size_t width, std::size_t i
 namespace {
 
 constexpr std::size_t kColumnGap = 2;
-constexpr std::size_t kFoldIndent = 4;  // indent of the further lines of a row
+constexpr std::size_t kFoldIndent = 4;  // indent of the second and later lines of a row
 constexpr std::size_t kLeastLast = 20;  // minimum width of a wrapped last column
 
 void Put(std::string& line, std::size_t at, const std::string& text) {

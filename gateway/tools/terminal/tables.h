@@ -24,8 +24,8 @@ inline std::size_t WidthOf(std::string_view text) {
 /// broken at the end of its line. Returns at least one line.
 std::vector<std::string> WrapLines(std::string_view text, std::size_t width);
 
-/// Breaks a text as WrapLines does, and returns the lines as one text: each line ends in '
-/// ', and each line but the first begins with `indent` blanks.
+/// Breaks a text as WrapLines does, and returns the lines as one text. Each line ends in a line
+/// feed, and each line but the first begins with `indent` blanks.
 std::string WrapSentence(std::string_view text, std::size_t width, std::size_t indent = 2);
 
 // `ColumnLayout` places the cells of a table row in a terminal. Cells are side by side if they fit
@@ -45,8 +45,8 @@ class ColumnLayout {
   /// `limit`: number of characters in a line; 0: no limit.
   ColumnLayout(std::vector<ColumnShape> columns, std::size_t limit);
 
-  /// Returns the lines of one row, each ending in '
-  /// '. `cells` must have one element for each column. Empty lines are left out, except the first.
+  /// Returns the lines of one row, each with a line feed at its end. `cells` must have one element
+  /// for each column. Empty lines are left out, except the first.
   std::string Row(const std::vector<std::string>& cells) const;
 
  private:
@@ -71,7 +71,7 @@ class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) : header_(std::move(header)) {}
 
-  /// Adds a row. It must have as many cells as the header.
+  /// `row` must have as many cells as the header.
   void Add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
   bool empty() const { return rows_.empty(); }
 
@@ -114,7 +114,7 @@ class StreamTable {
   /// `limit`: number of characters in a line; 0: no limit.
   explicit StreamTable(std::vector<Column> columns, std::size_t limit = 0);
 
-  /// Prints rows. Each row must have one cell for each column. The last cell can have any length.
+  /// Each row must have one cell for each column. The last cell can have any length.
   void Print(const std::vector<Row>& rows, std::ostream& out);
 
  private:

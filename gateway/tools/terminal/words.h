@@ -14,7 +14,7 @@ namespace baudgate::tools {
 
 inline constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
 
-/// Prints the help of a command. Its footer is printed as an example, before the usage.
+/// Prints the help of a command. Prints its footer as an example above the usage.
 class HelpWithExample : public CLI::Formatter {
  public:
   std::string make_usage(const CLI::App* app, std::string name) const override {
@@ -24,19 +24,16 @@ class HelpWithExample : public CLI::Formatter {
   std::string make_footer(const CLI::App* /*app*/) const override { return {}; }
 };
 
-/// Sets the example in the help of a command. Example: "baudgate status bay-1".
 inline void SetExample(CLI::App& command, const std::string& example) {
   command.footer(example);
   command.formatter(std::make_shared<HelpWithExample>());
 }
 
-/// Adds the option --socket, for commands that need the running gateway.
 inline void AddSocket(CLI::App& command, std::string& socket) {
   command.add_option("--socket", socket,
                      "Control socket of the gateway; only needed if the gateway is not found");
 }
 
-/// Adds an option whose value is a duration such as "250ms".
 inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& target,
                                 const std::string& help) {
   return app.add_option_function<std::string>(
@@ -49,7 +46,6 @@ inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration
       help);
 }
 
-/// Adds the option --seconds, with a value such as "30" or "0.5".
 inline CLI::Option* AddSeconds(CLI::App& app, std::optional<Duration>& target) {
   constexpr double kMostSeconds = 1e9;
   return app.add_option_function<double>(

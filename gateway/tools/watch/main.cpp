@@ -35,7 +35,8 @@ using namespace baudgate;
 using namespace baudgate::dds;
 
 constexpr std::uint64_t kMostWatchMemory = 2ULL << 30;
-constexpr int kMostArenas = 2;  // 64 MiB each; one arena per thread would exceed the memory limit
+// A malloc arena takes 64 MiB of address space. One for each thread would exceed the memory limit.
+constexpr int kMostArenas = 2;
 constexpr auto kConnectAgain = 500ms;
 
 struct Options {
@@ -49,21 +50,21 @@ void Say(const std::string& sentence) {
   std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
 }
 
-/// Feeds the watchdog of this process: SIGALRM ends the process if Live is not called again within
-/// `most`. The default is later than the time at which the gateway would end the process. The
-/// watchdog is needed because no other program ends a process that hangs if the gateway is dead,
-/// and subscribers would take its last samples for valid.
+/// Feeds the watchdog of this process: SIGALRM ends the process unless Live is called again within
+/// `most`. If the gateway is dead, no other program ends a process that hangs, and subscribers
+/// would take its last samples for valid. The default is longer than the time after which a live
+/// gateway ends the process.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
-/// Stops the watchdog of Live in its destructor. It must be declared first, and so destroyed last,
-/// so that the watchdog covers the other destructors.
+/// The destructor stops the watchdog of Live. The object must be declared first, and so destroyed
+/// last, so that the watchdog covers the other destructors.
 struct LivesNoMore {
   ~LivesNoMore() { Live(0s); }
 };
 
-/// Extends the watchdog of Live and that of systemd while the DDS library opens, because neither is
-/// fed in this time. The destructor restores systemd's time; the next call of Live restores the
-/// other.
+/// Extends the watchdogs of Live and of systemd while the DDS library opens, because nothing feeds
+/// them in this time. The destructor restores systemd's time; the next call of Live restores its
+/// own time.
 class SlowWhile {
  public:
   SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) {
@@ -121,7 +122,7 @@ Status Confine(std::uint64_t memory) {
   return DenyCalls();
 }
 
-/// Serves one link, as a child process of the daemon. An error ends the process.
+/// Serves the daemon that has started this process, over `link`. An error ends the process.
 int ServeParent(const Options& options, const tools::StopSignals& stop) {
   if (options.parent != 0 && !EndWith(options.parent)) return kExitDone;
   if (const Status status = Confine(options.memory); !status) {
@@ -157,7 +158,7 @@ int ServeSocket(const Options& options, const tools::StopSignals& stop) {
 }
 
 /// Runs `baudgate watch` in a child process, so that a datagram that crashes the DDS library does
-/// not end this process. The child checks that its output was written.
+/// not end this process. The child returns an error code if its output cannot be written.
 int Watch(tools::WatchOptions& options) {
   constexpr Duration kLadder[] = {100ms, 500ms, 1s, 2s, 5s, 10s};
   if (tools::LiveScreen::Possible(STDOUT_FILENO))

@@ -130,8 +130,8 @@ bool Matches(const dds::AlarmSample& alarm, const WatchOptions& options) {
          Is(options.point, alarm.point);
 }
 
-/// Returns the name of a number of the contract (the published types). For an unknown number, which
-/// a newer gateway sends, returns the number as text.
+/// Returns the name of a number in a published type (gateway/outputs/dds/published_types.h).
+/// Returns the number itself as text if it is unknown, because a newer gateway has sent it.
 std::string NameOf(std::span<const std::string_view> names, std::uint16_t number) {
   return number < names.size() ? std::string(names[number]) : std::to_string(number);
 }
@@ -178,7 +178,7 @@ std::string PlainLine(const dds::EventSample& event) {
                   "  code " + std::to_string(event.code) + "  " + event.text);
 }
 
-/// The members have the words of `baudgate alarms --json`.
+/// The keys are those of `baudgate alarms --json`: "raised", not "raised_time_ns".
 std::string JsonLine(const dds::AlarmSample& alarm) {
   return Dump(JsonOf(alarm, [&alarm](std::string_view field, Json& line) {
     if (field == "state") {

@@ -30,9 +30,9 @@
 
 namespace baudgate::tools {
 
-// `Mailbox` passes items from the threads of the DDS library to the thread that prints. While the
-// printing thread is blocked (by a pager), Put blocks, and the library stores only the latest
-// sample of each instance, so the memory is limited.
+// `Mailbox` passes items from the threads of the DDS library to the thread that prints. If the
+// printing thread is blocked (by a pager) and kMost items wait, Put blocks, and the library stores
+// only the latest sample of each instance, so the memory is limited.
 template <typename Item>
 class Mailbox {
  public:
@@ -112,8 +112,8 @@ class Listening {
   Instant next_look_{};
 };
 
-/// Replaces the subscriber; called by `open` of Listening. While the old subscriber ends, the
-/// mailbox is closed, because a thread of the subscriber may wait in Put and no thread takes items
+/// Replaces the subscriber; called by `open` of Listening. The mailbox is closed while the old
+/// subscriber ends, because a thread of the subscriber may wait in Put and no thread takes items
 /// out.
 template <typename Subscriber, typename Item, typename Make>
 Status MakeAnew(std::unique_ptr<Subscriber>& subscriber, Mailbox<Item>& mailbox, const Make& make) {
@@ -140,7 +140,7 @@ class PointFeed {
   PointFeed(const PointFeed&) = delete;
   PointFeed& operator=(const PointFeed&) = delete;
 
-  /// Creates the subscriber, or replaces it.
+  /// Creates the subscriber, in place of an older one.
   Status Open();
   void Close();
 
@@ -149,7 +149,7 @@ class PointFeed {
 
   /// Returns the number of samples that could not be decoded.
   std::uint64_t refused() const;
-  /// Returns the number of samples that were dropped because there were too many points.
+  /// Returns the number of samples that the DDS library dropped because of too many points.
   std::uint64_t rejected() const { return rejected_before_ + rejected_; }
 
  private:
@@ -157,7 +157,7 @@ class PointFeed {
 
   const dds::ParticipantOptions participant_;
   Mailbox<HeardEvent> mailbox_;
-  std::atomic<std::uint64_t> rejected_ = 0;  // samples that the present subscriber has rejected
+  std::atomic<std::uint64_t> rejected_ = 0;  // samples that the present subscriber_ has rejected
   std::uint64_t rejected_before_ = 0;
   std::uint64_t refused_before_ = 0;
   std::unique_ptr<dds::DdsSubscriber> subscriber_;

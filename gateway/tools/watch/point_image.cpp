@@ -59,7 +59,7 @@ PointOrder::PointOrder(std::istream& profiles) {
 
 const PointOrder::Places* PointOrder::ProfileOf(const std::vector<std::string>& points) const {
   const Places* best = nullptr;
-  // The number of matching points; for equal numbers, the profile with fewer points is better.
+  // The number of matching points, then a number that is higher for profiles with fewer points.
   std::pair<std::size_t, std::size_t> most{0, 0};
   for (const Places& places : profiles_) {
     const auto has = static_cast<std::size_t>(std::ranges::count_if(
@@ -274,8 +274,8 @@ void Publishers::CheckRivals(Names& of, const Point& before, const dds::Publishe
   gateway.rivals = Rivals{before.publisher, publisher, received, now + kRivalsMayGo, point};
 }
 
-/// A sample with seq 0 contains no reading, for example after a reload has restarted its line. It
-/// is ignored here.
+/// Reports readings whose numbers decrease. Ignores a sample with seq 0, which contains no reading,
+/// for example after a reload has restarted its line.
 void Publishers::CheckSeq(Names& of, const Point& before, const dds::PointSample& sample,
                           std::int64_t start) {
   if (sample.seq == 0 || sample.seq >= before.seq || start != before.start ||

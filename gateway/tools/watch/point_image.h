@@ -48,7 +48,7 @@ class PointOrder {
   std::set<std::string> write_only_;
 };
 
-/// How much of an event is new to the image. A later enumerator includes the earlier enumerators.
+/// How much of an event is new to the image, in ascending order.
 enum class News : std::uint8_t {
   nothing,  ///< the last reading, sent again
   reading,  ///< a new reading with the same value and quality
@@ -89,15 +89,15 @@ struct Remark {
 
 class Publishers {
  public:
-  /// Two publishers of one gateway are tolerated for this time: a gateway that was killed and
-  /// started again has two until the lease of the first publisher ends.
+  /// Two publishers of one gateway raise no alarm for this time: if a gateway was killed and
+  /// started again, it has two until the lease of the first publisher ends.
   static constexpr Duration kRivalsMayGo = config::kUsualLease + 1s;
 
   void OnSample(const dds::PointSample& sample, const dds::Origin& origin, Instant now);
   void OnStart(const dds::GatewaySample& start, const dds::PublisherId& publisher);
   void OnLeft(const dds::PublisherId& publisher);
-  /// Nothing was received for a while, so publishers may have ended unnoticed. Forgets which
-  /// publishers are live.
+  /// Must be called if nothing was received for a while, because publishers may have ended
+  /// unnoticed. Forgets which publishers are live.
   void OnDeaf();
   void Tick(Instant now);
 
@@ -105,7 +105,7 @@ class Publishers {
   std::vector<std::string> Alarms() const;
 
  private:
-  /// Two publishers of one point, as long as the first has not ended.
+  /// Two publishers of one point, from the first sample of the second until one of them ends.
   struct Rivals {
     dds::PublisherId first;
     dds::PublisherId second;

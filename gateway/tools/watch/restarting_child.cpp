@@ -38,7 +38,7 @@ class PassedSignals {
 
   void Restore() const { sigprocmask(SIG_SETMASK, &before_, nullptr); }
   struct Signal {
-    int number = 0;         ///< 0: no signal
+    int number = 0;
     bool from_key = false;  ///< true: by Ctrl-C, so the child has received the signal as well
   };
   /// Returns the next signal; number 0: no signal came in time.
@@ -66,8 +66,8 @@ pid_t StartChild(const std::function<int()>& run, const PassedSignals& signals) 
   ::_exit(run());
 }
 
-/// Waits for the end of the child, and passes signals to it. Sets `stopped` if a signal to stop
-/// came. Returns the wait status of the child.
+/// Passes signals to the child until the child ends. Sets `stopped` if a signal to stop came.
+/// Returns the wait status of the child.
 int WaitFor(pid_t child, const PassedSignals& signals, bool& stopped) {
   int status = 0;
   while (::waitpid(child, &status, WNOHANG) == 0) {

@@ -19,8 +19,6 @@
 namespace baudgate::tools {
 namespace {
 
-/// Returns why `address` is not the IPv4 address of a machine; empty: it is the address of a
-/// machine.
 std::string NotAMachine(const std::string& address) {
   if (config::IsMachineIpv4(address)) return {};
   return Quoted(address) + " is not the IPv4 address of a machine; write for example 10.0.0.7";
@@ -141,7 +139,7 @@ class Watch {
       publishers_.Tick(now);
       for (const Remark& remark : publishers_.TakeRemarks()) Tell(remark);
       if (signals.Came()) return AtEnd();
-      if ((waited[0].revents & POLLIN) != 0) next_draw_ = now;  // the terminal was resized
+      if ((waited[0].revents & POLLIN) != 0) next_draw_ = now;  // SIGWINCH: the size has changed
       if (options_.once) {
         if (!image_.empty() && now - last_new_ >= kSettled) return PrintImage();
         if (image_.empty() && now >= GiveUpAt()) return NothingHeard();
@@ -188,8 +186,8 @@ class Watch {
     if (is_shown && !options_.once && !Live()) Print(event);
   }
 
-  /// Prints a remark as a line. A note is printed only among text lines. While a live table is
-  /// shown, nothing is printed; the table shows alarms below its rows.
+  /// Prints a remark as a line. A note is printed only if points are printed as text lines. While a
+  /// live table is shown, nothing is printed; the table shows alarms below its rows.
   void Tell(const Remark& remark) {
     const bool streams_text = !options_.once && !options_.json;
     if (remark.weight == Remark::Weight::note && !streams_text) return;
@@ -254,8 +252,8 @@ class Watch {
     return text;
   }
 
-  /// Returns when `once` gives up. If only samples that the filter drops have come, it gives up
-  /// early, because the network works; if no sample has come, it gives up late.
+  /// Returns when `once` gives up. If samples have come but the filter has dropped all, the network
+  /// works, so it gives up early; if no sample has come, it gives up late.
   Instant GiveUpAt() const {
     const Instant latest = started_ + options_.first_sample_timeout;
     return filtered_ > 0 ? std::min(latest, first_filtered_ + kOthersOnly) : latest;

@@ -51,7 +51,7 @@ int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err);
 // The command-line options of `baudgate watch`. The gateway's program passes them on to
 // baudgate-dds, which parses them.
 
-/// Adds the subcommand. `options` must stay valid until parsing has ended.
+/// `options` must stay valid until parsing has ended.
 CLI::App* AddWatch(CLI::App& app, WatchOptions& options);
 
 }  // namespace baudgate::tools

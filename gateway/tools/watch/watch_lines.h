@@ -17,7 +17,7 @@
 
 namespace baudgate::tools {
 
-// `JsonOf` makes JSON of a sample: the fields of the contract
+// `JsonOf` makes JSON of a sample: the fields of its published type
 // (gateway/outputs/dds/published_types.h), with their names and in their order.
 //
 //   source_time_ns 1790000000000000000    "source_time":"2026-09-21T14:13:20.000Z"
@@ -84,7 +84,7 @@ WallTime SourceTime(const dds::PointSample& sample);
 Quality QualityOf(const dds::PointSample& sample);
 std::string ValueText(const dds::PointSample& sample);
 
-/// True if `now` is the reading of `before`, sent again by the heartbeat.
+/// True if `now` is the reading of `before` again, sent by the heartbeat.
 bool IsSameReading(const PointEvent& before, const PointEvent& now);
 /// True if value, unit and quality are equal, and the point has ended in both events or in neither.
 bool LooksAlike(const PointEvent& before, const PointEvent& now);

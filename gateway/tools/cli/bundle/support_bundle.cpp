@@ -30,7 +30,7 @@
 namespace baudgate::tools {
 namespace {
 
-constexpr const char* kFolder = "baudgate-support";  // the top folder inside the archive
+constexpr const char* kFolder = "baudgate-support";
 
 struct Ran {
   std::string output;
@@ -50,7 +50,7 @@ Ran Run(const std::string& command) {
 /// The files of a bundle, in a folder that only this user can read, until tar(1) packs them.
 class Archive {
  public:
-  /// `at`: the modification time of every file.
+  /// `at` becomes the modification time of every file.
   explicit Archive(WallTime at) : at_(at) {
     std::error_code gone;
     std::string path = (std::filesystem::temp_directory_path(gone) / "baudgate-XXXXXX").string();
@@ -230,7 +230,7 @@ class Bundle {
   Archive archive_;
   bool answers_ = false;
   std::string gateway_version_;
-  std::string file_;  // configuration file of the running gateway
+  std::string file_;  // the configuration file of the running gateway
   std::vector<std::string> names_;
   std::vector<std::string> missing_;
 };

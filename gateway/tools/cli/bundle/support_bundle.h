@@ -20,7 +20,7 @@ struct BundleOptions {
   std::string file{};  ///< the archive to write (tar.gz); it must not exist yet
   /// The configuration file; empty: the file of the running gateway, else the file of the service.
   std::string config{};
-  std::string socket{};  ///< empty: the only gateway that answers in the default places
+  std::string socket{};  ///< path of the control socket; empty: the only running gateway is used
   std::function<Result<std::string>()> log = SystemLog;
 };
 

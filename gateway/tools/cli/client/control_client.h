@@ -19,23 +19,23 @@ class ControlClient {
   using Json = nlohmann::ordered_json;
 
   /// Connects to the socket `path`. If `path` is empty, connects to the only gateway that answers
-  /// in the default places. A failure contains a text that tells the user what to do.
+  /// in control::SocketDirectories. The error tells the user what to do.
   static Result<ControlClient> Connect(const std::string& path);
   ControlClient(ControlClient&& other) noexcept;
   ControlClient& operator=(ControlClient&&) = delete;
   ~ControlClient();
 
   const std::string& path() const { return path_; }
-  /// Returns the process id of the gateway, as the kernel reports it; 0: unknown.
+  /// Returns the process id of the gateway; 0: the kernel does not report it.
   int process() const;
 
-  /// Sends a request. A failure is not reported: a gateway that closes the connection sends its
-  /// reason first, so the caller finds the reason in the reply.
+  /// Sends a request. A failure is not reported here, because a gateway that closes the connection
+  /// sends the reason first: ReadLine then returns the reason.
   void Send(const Json& request);
 
   enum class Got { line, end, timeout, stopped };
   /// Waits for a whole line until `until` (empty: without limit), or until `stop_descriptor` is
-  /// readable.
+  /// readable. Got::timeout comes after 1000 s at the latest, unless `until` is empty.
   Got ReadLine(std::string& line, std::optional<Instant> until, int stop_descriptor = -1);
 
  private:
@@ -53,19 +53,18 @@ std::string CureOfSilence(int process);
 
 inline constexpr int kNoDaemon = 4;
 
-/// Connects to the gateway. If this fails, prints the reason on `err` and returns nothing.
 std::optional<ControlClient> ConnectOrTell(const std::string& socket, std::ostream& err);
 
-/// Sends the request and waits a limited time for its answer. Returns the exit code. A failure is
-/// printed on `err`.
+/// Sends the request and waits up to 10 s for the answer. Prints a failure on `err`. Returns the
+/// exit code: 0 done; 2 refused; kNoDaemon: no answer, or the gateway is busy.
 int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
                ControlClient::Json& answer, std::ostream& err);
 
-/// Does the same as ReadAnswer, over a new connection.
+/// Connects to `socket`, then does the same as ReadAnswer.
 int Ask(const std::string& socket, const ControlClient::Json& request, ControlClient::Json& answer,
         std::ostream& err);
 
-/// Returns a number that every answer contains. Throws if it is missing.
+/// Returns the number `key`. Throws a nlohmann exception if the answer does not contain it.
 inline std::uint64_t Number(const nlohmann::ordered_json& json, const char* key) {
   return json.at(key).get<std::uint64_t>();
 }
@@ -76,7 +75,7 @@ inline std::string Text(const nlohmann::ordered_json& json, const char* key) {
   return json.at(key).get<std::string>();
 }
 
-/// Returns the member; null if it is missing, because an older gateway does not send it.
+/// Returns the member `key`; null: the answer of an older gateway does not contain it.
 inline const nlohmann::ordered_json& PartOf(const nlohmann::ordered_json& json, const char* key) {
   static const nlohmann::ordered_json none;
   const auto found = json.find(key);

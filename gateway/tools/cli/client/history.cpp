@@ -85,13 +85,13 @@ struct Key {
 struct BillingRow {
   std::string time;
   std::array<Json, kRegisters.size()> values{};
-  std::string quality{};  // the qualities of values that are not good
+  std::string quality{};  // qualities of the values whose quality is not good
 };
 
 using BillingRows = std::map<Key, BillingRow>;
 
-/// Returns the meter's local date whose midnight is this UTC time. Example: 2026-10-31T21:00Z is
-/// the first of November at +03:00. Works for UTC offsets from -11:59 to +12:00.
+/// Returns the meter's local date that begins at `midnight` UTC. Example: 2026-10-31T21:00Z is the
+/// first of November at +03:00. Works for UTC offsets from -11:59 to +12:00.
 Day DateOf(WallTime midnight) { return floor<days>(midnight + 12h); }
 
 bool IsWanted(Day date, const HistoryOptions& options) {
@@ -122,7 +122,7 @@ class Reader {
       }
     }
     if (any) return 0;
-    const std::string told = told_.str();  // only the message about the first value is printed
+    const std::string told = told_.str();  // all messages say the same, so one is printed
     err << told.substr(0, told.find('\n') + 1);
     return kUnknown;
   }

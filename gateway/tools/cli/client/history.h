@@ -18,17 +18,18 @@ struct HistoryOptions {
   std::vector<std::string> points{};  ///< LINE.DEVICE.POINT, or patterns with * and ?
   std::optional<WallTime> since{};
   std::optional<WallTime> until{};
-  /// Print mean, minimum and maximum of each interval of this length; empty: the values themselves.
+  /// Length of the intervals whose mean, minimum and maximum are printed; empty: prints each value.
   std::optional<Duration> every{};
   bool json = false;
   bool csv = false;
-  bool billing = false;   ///< true: print billing readings, see RunBilling
-  std::string socket{};   ///< empty: the only gateway that answers in the default places
+  bool billing = false;
+  std::string socket{};   ///< path of the control socket; empty: the only running gateway is used
   std::size_t width = 0;  ///< width of tables, in characters per line; 0: no limit
 };
 
-/// Exit codes: 0, also if there are no records, which is then printed; 2 unknown point, or its
-/// values are not recorded; 4 no gateway answers, or the gateway records no values.
+/// Exit codes: 0 done, even if there are no records for that time; 2 unknown point, or its values
+/// are not recorded; 4 no gateway answers, or the gateway records no values or cannot read one of
+/// its files.
 int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& err);
 
 // `HistoryStream` reads the records of one point from the gateway, page by page.
@@ -45,7 +46,7 @@ class HistoryStream {
   /// failure is printed on `err`.
   int Next(const Json*& record);
   void Pop() { ++at_; }
-  /// The files that the gateway could not read so far, with the reasons.
+  /// Returns the history files that the gateway could not read so far, each with the reason.
   const std::vector<std::string>& unread() const { return unread_; }
 
  private:

@@ -183,7 +183,7 @@ std::string Age(const Json& age) {
 }
 
 /// Returns the quality of a value. Marks a value that was read before this request, so that users
-/// do not take it for an answer.
+/// do not take it for the result of the request.
 std::string QualityOf(const Json& point, bool read) {
   const std::string quality = point.value("quality_text", "");
   if (read || point.value("fresh", false)) return quality;
@@ -289,7 +289,6 @@ int RunInUse(const InUseOptions& options, std::ostream& out, std::ostream& err) 
       << (options.in_use
               ? ": in use; the gateway polls it again"
               : ": out of use; the gateway does not poll it, and its points are out of service");
-  // Printed only if a restart would undo the command.
   if (answer.value("enabled", true) != options.in_use) {
     out << ". A restart undoes this; to keep it, set 'enabled: "
         << (options.in_use ? "true" : "false") << "' in the configuration";

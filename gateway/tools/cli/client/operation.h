@@ -17,8 +17,8 @@ struct ReleaseOptions {
   std::string line;
   Duration time = 10min;
   bool end = false;
-  std::string socket{};    ///< empty: the only gateway that answers in the default places
-  Duration patience = 5s;  ///< how long to wait until the port is closed (or open again)
+  std::string socket{};    ///< path of the control socket; empty: the only running gateway is used
+  Duration patience = 5s;  ///< how long to wait for the port to be closed, or the loan to end
   /// Offers the port over the network at this ADDRESS:PORT; empty: offers it to a program on this
   /// machine.
   std::string tcp{};
@@ -28,18 +28,18 @@ struct ReleaseOptions {
   std::string allow{};
 };
 
-/// Releases the port and returns when it is closed, or with `end` when it is open again, so that a
-/// script can go on. Exit codes: 0 done; 2 unknown line or a time out of range; 4 no gateway
-/// answers, or the port does not close.
+/// Returns when the gateway has closed the port, with `tcp` when clients can connect, with `end`
+/// when the loan has ended, so that a script can go on. Exit codes: 0 done; 2 unknown line or a
+/// time out of range; 4 no gateway answers, or the port does not close or admits no client.
 int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& err);
 
 struct ReloadCommand {
   bool dry_run = false;
-  /// The configuration must be confirmed within this time, or the gateway rolls it back; empty: no
-  /// confirmation is needed.
+  /// The user must confirm the new configuration within this time, else the gateway goes back to
+  /// the confirmed configuration; empty: no confirmation is needed.
   std::optional<Duration> confirm{};
   bool json = false;
-  std::string socket;  ///< empty: the only gateway that answers in the default places
+  std::string socket;  ///< path of the control socket; empty: the only running gateway is used
 };
 
 /// Exit codes: 0 the configuration is applied, or with `dry_run` it could be applied; 2 the file
@@ -57,21 +57,23 @@ int RunConfirm(const ConfirmCommand& options, std::ostream& out, std::ostream& e
 struct ReadOptions {
   std::string target;  ///< "LINE.DEVICE" or "LINE.DEVICE.POINT"
   bool json = false;
-  std::string socket;  ///< empty: the only gateway that answers in the default places
-  /// True: for a gateway that ends after this answer, so no advice is printed; the caller prints
-  /// the reason of a failure.
+  std::string socket;  ///< path of the control socket; empty: the only running gateway is used
+  /// True: the gateway is temporary and ends after this answer, so no advice about the gateway is
+  /// printed. The caller prints why points were not read.
   bool passing = false;
-  bool unasked = false;  ///< true: the device sends unasked, so values that came since the
-                         ///< gateway's start count as read
+  /// True: the device sends unasked, so every value that came since the gateway's start counts as
+  /// read.
+  bool unasked = false;
 };
 
 struct WriteOptions {
   std::string target;  ///< "LINE.DEVICE.POINT"
-  std::string value;   ///< in the point's unit
+  std::string value;   ///< the value in the point's unit
   bool confirm = false;
   bool json = false;
   std::string socket;
-  /// Client and number of the request: "NAME/NUMBER"; empty: the request has no number.
+  /// "NAME/NUMBER", chosen by the user: a repeated request is answered but not written again;
+  /// empty: each request is new.
   std::string request{};
 };
 
@@ -79,12 +81,12 @@ struct WriteOptions {
 /// written.
 inline constexpr int kNotDone = 1;
 
-/// Exit codes: 0 all points were read now; kNotDone: some were not; 2 unknown target; 4 no gateway
-/// answers.
+/// Exit codes: 0 all points were read now; kNotDone: some points were not read; 2 unknown target; 4
+/// no gateway answers.
 int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err);
 
-/// Exit codes: 0 the device has confirmed the write; kNotDone: it has not; 2 unknown target, or a
-/// value that the point cannot have; 4 no gateway answers.
+/// Exit codes: 0 the device has confirmed the write; kNotDone: the device has not confirmed it; 2
+/// unknown target, or a value that the point cannot have; 4 no gateway answers.
 int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err);
 
 // `baudgate enable` and `baudgate disable`: start or stop polling a device, until the gateway

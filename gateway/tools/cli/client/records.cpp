@@ -26,21 +26,21 @@ constexpr int kNotCurrent = 4;
 constexpr Duration kLookForRecords = 500ms;
 
 struct RecordPages {
-  ControlClient::Json request;  ///< the request for the first page
-  /// The member of an answer that contains the state of the record file.
+  ControlClient::Json request;
+  /// The answer's key for the state of the record file: "events" or "audit".
   const char* state = "";
   bool follow = false;
   std::optional<Duration> seconds{};  ///< with `follow`: end after this time
-  std::string socket{};  ///< empty: the only gateway that answers in the default places
-  /// True: returns kNotCurrent if the gateway cannot write the file, because the records are then
-  /// outdated.
+  std::string socket{};  ///< path of the control socket; empty: the only running gateway is used
+  /// True: ReadPages returns kNotCurrent if the gateway cannot write the record file, because
+  /// records may then be missing.
   bool current = false;
-  /// True, with `follow`: reads all records again and again, and calls `looked` after each time.
+  /// True, with `follow`: every 0.5 s reads all records, not only new ones, and calls `looked`.
   bool whole = false;
   std::function<void()> looked{};
 };
 
-/// Prints the gateway's advice on a record file whenever the state of the file has changed.
+/// Prints the gateway's advice on its record file when the state of the file has changed.
 class Troubles {
  public:
   Troubles(std::string key, std::ostream& err) : key_(std::move(key)), err_(err) {}
@@ -64,8 +64,9 @@ class Troubles {
   std::string told_;
 };
 
-/// Reads pages, calls `print` with the records of each page (maybe none), and returns the exit
-/// code. A gateway that has just started may still be opening its file; then reads again.
+/// Reads all pages, and calls `print` with the records of each page (maybe none). Reads again every
+/// 0.5 s with `follow`, or while a gateway that has just started still opens its record file.
+/// Returns the exit code.
 int ReadPages(const RecordPages& pages, const std::function<void(const Json& records)>& print,
               std::ostream& out, std::ostream& err) {
   const StopSignals signals;
@@ -111,7 +112,7 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// The index is the number of clock_quality (docs/events.md).
+/// The names of the values 0…4 of clock_quality (docs/events.md).
 constexpr std::array<std::string_view, 5> kClocks = {"none", "gateway", "device", "minute guessed",
                                                      "out of step"};
 constexpr std::array<const char*, 10> kFields = {
@@ -152,8 +153,8 @@ std::string ValueText(const Json& value) {
 }
 
 struct Kept {
-  /// Name and state. Example: "trip, read 2026-11-23T12:00:03.120Z"; empty: no values belong to the
-  /// event.
+  /// Name and state of the saved record. Example: "trip, read 2026-11-23T12:00:03.120Z"; empty: the
+  /// event has no saved record.
   std::string title{};
   std::vector<std::string> values{};
 };
@@ -232,8 +233,8 @@ class EventPrinter {
   }
 
  private:
-  /// Rows are collected and share their column widths. An event with a saved record ends the group,
-  /// and the values of the record are printed below the event.
+  /// Collects rows that will share their column widths. An event with a saved record ends the
+  /// group: the group is printed, and the values of the record below it.
   void PrintRow(StreamTable::Row row, const Kept& kept) {
     rows_.push_back(std::move(row));
     if (kept.title.empty()) return;
@@ -269,8 +270,8 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// Returns the channel of a device's event, for an alarm named "CHANNEL:CODE". Example: ", channel
-/// 3" for "3:5".
+/// Returns ", channel 3" for the alarm "3:5" of a device (channel 3, code 5); empty: the alarm has
+/// no channel.
 std::string ChannelOf(const Json& alarm) {
   const std::string name = FieldText(alarm, "name");
   const std::size_t colon = name.find(':');
@@ -279,7 +280,7 @@ std::string ChannelOf(const Json& alarm) {
   return channel == "0" ? "" : ", channel " + channel;
 }
 
-/// Returns the alarm's place in the form that `baudgate ack` accepts.
+/// Returns the place that `baudgate ack` accepts. Examples: "bay-1.feeder-1", "gateway".
 std::string PlaceOf(const Json& alarm) {
   std::string place = FieldText(alarm, "line");
   for (const char* part : {"device", "point"}) {
@@ -333,7 +334,7 @@ class AlarmPrinter {
   bool any_ = false;
 };
 
-/// Finds the alarms that have changed since all alarms were read the last time. An alarm that is no
+/// Finds the alarms that have changed between two readings of all alarms. An alarm that is no
 /// longer listed is normal again.
 class AlarmChanges {
  public:

@@ -22,7 +22,7 @@ struct EventsOptions {
   std::optional<WallTime> since{};
   bool json = false;
   bool csv = false;
-  std::string socket{};  ///< empty: the only gateway that answers in the default places
+  std::string socket{};  ///< path of the control socket; empty: the only running gateway is used
   std::optional<Duration> seconds{};  ///< for tests, with `follow`: end after this time
   std::size_t width = 0;
 };
@@ -34,7 +34,7 @@ int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err
 struct AlarmsOptions {
   bool json = false;
   bool follow = false;   ///< true: go on, and print each alarm again whenever it changes
-  std::string socket{};  ///< empty: the only gateway that answers in the default places
+  std::string socket{};  ///< path of the control socket; empty: the only running gateway is used
   std::size_t width = 0;
 };
 /// Exit codes: 0, also if there are no alarms; 4 no gateway answers, or its disk fails.
@@ -42,9 +42,9 @@ int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err
 
 struct AckOptions {
   std::string target;    ///< LINE, LINE.DEVICE, LINE.DEVICE.POINT, or the number of an event
-  std::string socket{};  ///< empty: the only gateway that answers in the default places
+  std::string socket{};  ///< path of the control socket; empty: the only running gateway is used
 };
-/// Exit codes: those of RunAlarms; 2 unknown device, point or alarm.
+/// Exit codes: 2 unknown device, point or alarm; else those of RunAlarms.
 int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err);
 
 // `baudgate writes`: prints the audit records, oldest first.
@@ -52,7 +52,7 @@ struct WritesOptions {
   bool follow = false;
   std::optional<WallTime> since{};
   bool json = false;
-  std::string socket{};  ///< empty: the only gateway that answers in the default places
+  std::string socket{};  ///< path of the control socket; empty: the only running gateway is used
   std::optional<Duration> seconds{};  ///< for tests, with `follow`: end after this time
   std::size_t width = 0;
 };

@@ -19,11 +19,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kParts = 3;      // lines, devices, sentences
-constexpr std::size_t kLeastPart = 4;  // title, two rows, and the number of rows left out
+constexpr std::size_t kParts = 3;      // a frame has three parts: lines, devices, sentences
+constexpr std::size_t kLeastPart = 4;  // height: title, two rows, number of rows left out
 constexpr std::size_t kNoLimit = 1000;
 
-/// The sort key of a line: the worst tone of the line and its devices; for equal ones, the tone of
+/// Returns the sort key of a line: the worst tone among the line and its devices, then the tone of
 /// the line itself.
 std::pair<Tone, Tone> TroubleOf(const Json& line) {
   Tone worst = ToneOfLine(line);
@@ -48,8 +48,8 @@ std::string FirstLines(const std::string& text, std::size_t count) {
   return text.substr(0, end);
 }
 
-/// Returns at most `height` lines. Only the first sentence can be cut; other sentences are printed
-/// whole or left out.
+/// Returns at most `height` screen lines. If the first sentence does not fit, it is cut; every
+/// other sentence is printed whole or left out.
 std::string Sentences(const std::vector<std::string>& sentences, std::size_t width,
                       std::size_t height) {
   std::string text;
@@ -154,7 +154,7 @@ std::string Frame(const Json& status, const std::string& target, const TableView
   }
 }
 
-/// Draws the last status that was received. Above it, the reason why there is no newer status.
+/// Draws the last status that was received and, above it, the reason why there is no newer status.
 void Draw(const Look& look, const StatusOptions& options, LiveScreen& screen) {
   TableView view = TerminalView(STDOUT_FILENO).value_or(*options.terminal);
   const std::size_t height = view.height;
@@ -190,7 +190,7 @@ int RunStatusWatch(const StatusOptions& options, std::ostream& out, std::ostream
   }
   LiveScreen screen(out);
   const auto draw = [&] { Draw(look, options, screen); };
-  while (out) {  // until the program that reads the output has closed it
+  while (out) {  // `out` fails when the program that reads it has closed it
     draw();
     const Instant next = std::min(ReadClocks().instant + kBetweenFrames, end);
     if (!WaitUntil(next, signals, draw) || next == end) break;

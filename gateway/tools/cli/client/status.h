@@ -17,13 +17,13 @@ namespace baudgate::tools {
 struct StatusOptions {
   std::string target;  ///< "LINE" or "LINE.DEVICE"; empty: all lines
   bool json = false;
-  std::string socket{};  ///< empty: the only gateway that answers in the default places
+  std::string socket{};  ///< path of the control socket; empty: the only running gateway is used
   std::optional<TableView> terminal{};  ///< empty: plain text
-  bool watch = false;                   ///< true: redraw the status, see RunStatusWatch
-  std::optional<Duration> seconds{};    ///< with `watch`: end after this time
+  bool watch = false;
+  std::optional<Duration> seconds{};  ///< with `watch`: end after this time
 };
 
-/// Exit codes: 0 done; 2 unknown line or device; 4 no gateway answers.
+/// Exit codes: 0 done; 2 unknown line or device; 4 no gateway answers, or one of another version.
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err);
 
 /// Returns one screen of `status --watch`, the lines and devices with the worst troubles first. A
@@ -35,8 +35,8 @@ std::string RenderStatusFrame(const nlohmann::ordered_json& status, const TableV
 /// share gets what it wants; the other parts share the rest.
 std::vector<std::size_t> Shares(std::size_t all, const std::vector<std::size_t>& wanted);
 
-// `baudgate status --watch`: redraws the status until it is stopped. If the gateway stops, waits
-// for it.
+// `baudgate status --watch`: redraws the status until the command is stopped. If the gateway stops,
+// waits until it runs again.
 
 /// `options.terminal` must be set. Exit codes: 0 stopped; 2 unknown line or device; 4 no gateway
 /// answers at the start.

@@ -128,8 +128,8 @@ using Json = nlohmann::ordered_json;
 
 const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
 
-/// The sort key of a device for advice, so that causes come before consequences: devices that do
-/// not answer, then devices with the most failures among their latest exchanges.
+/// Returns the key that sorts the advice on devices, causes before consequences: first devices that
+/// do not answer, then devices with the most failures among their latest exchanges.
 std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
   const Json& recent = PartOf(*device, "recent");
   const bool known = recent.is_object();
@@ -229,7 +229,7 @@ std::vector<std::string> AdviceOf(const Json& status) {
   for (const Json& route : PartOf(modbus, "routes")) {
     add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
   }
-  for (const auto& [name, section] : status.items()) {  // in the order of the gateway's answer
+  for (const auto& [name, section] : status.items()) {
     if (section.is_object() && section.contains("advice"))
       add(name == "dds" ? "DDS" : name, section);
   }
@@ -241,12 +241,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kBarWidth = 40;
-/// The upper end of the chart's first row, in µs. Each row covers twice the range of the previous
-/// row.
+/// The upper limit of the chart's first row, in µs. Each row covers twice the range of the row
+/// above.
 constexpr double kFirstRowUs = 64;
 
-/// Returns the number of exchanges, and how many had each outcome. Example: "12345: ok 12300,
-/// no_reply 45".
+/// Returns for example "12345: ok 12300, no_reply 45": the number of exchanges, and how many had
+/// each outcome.
 std::string ExchangesText(const Json& of) {
   std::string text;
   for (const auto& [outcome, count] : of.at("outcomes").items()) {
@@ -256,8 +256,8 @@ std::string ExchangesText(const Json& of) {
   return NumberText(of, "exchanges") + text;
 }
 
-/// Returns the counters that have a label. Example: "retries 3, missed periods 2, late 4 (by up to
-/// 80 ms)".
+/// Returns the counters for which `labels` contains a label. Example: "retries 3, missed periods 2,
+/// late 4 (by up to 80 ms)".
 std::string LabelledText(const Json& labels, const Json& of) {
   std::string text;
   for (const auto& [key, label] : labels.items()) {
@@ -382,8 +382,8 @@ std::string JsonValueText(const Json& value) {
   return value.is_number_float() ? FormatValue(value.get<double>()) : value.dump();
 }
 
-/// Example: "quiet 5.2 ms, reply 1000 ms (line), …". A time other than the protocol's default is
-/// followed by its source in brackets.
+/// Returns for example "quiet 5.2 ms, reply 1000 ms (line), …". Brackets contain the source of a
+/// time that is not the protocol's default.
 std::string TimesText(const Json& times) {
   std::string text;
   for (const Json& time : times) {

@@ -13,10 +13,9 @@
 
 namespace baudgate::tools {
 
-/// Returns a duration as text; "-" for null.
 std::string MillisecondsText(const nlohmann::ordered_json& json);
 std::string RoundTripText(double us);
-/// Returns the use of the line. Example: "78 %".
+/// Returns how much of the last full minute the line was busy. Example: "78 %".
 std::string UseText(const nlohmann::ordered_json& line);
 
 std::size_t Alive(const nlohmann::ordered_json& line);
@@ -35,8 +34,8 @@ std::string DeviceTable(const nlohmann::ordered_json& lines, const TableView& vi
 /// Returns one sentence about the gateway. Example: "substation-7: baudgate 0.1.0, up 2 min, lines:
 /// 2, devices: 3, online: 1".
 std::string HeadSentence(const nlohmann::ordered_json& status);
-/// Returns one sentence about DDS. Example: "DDS domain 0: 3 subscribers, 1234 samples". Empty if
-/// DDS is off, or has a problem, which AdviceOf then contains.
+/// Returns one sentence about DDS. Example: "DDS domain 0: 3 subscribers, 1234 samples". Empty: DDS
+/// is off, or AdviceOf returns a sentence about DDS.
 std::string DdsSentence(const nlohmann::ordered_json& status);
 /// Returns sentences about received requests and datagrams. Examples: "DDS took 12 write requests",
 /// "DDS let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists".
@@ -44,12 +43,12 @@ std::vector<std::string> DdsTraffic(const nlohmann::ordered_json& status);
 /// Returns one sentence about alarms. Example: "2 alarms active, 1 not acknowledged: see 'baudgate
 /// alarms'"; empty: there are no alarms.
 std::string AlarmsSentence(const nlohmann::ordered_json& status);
-/// Returns all advice, each sentence after its subject. Examples: "bay-1: …", "bay-1.feeder-2: …",
+/// Returns all advice. Each sentence begins with its subject: "bay-1: …", "bay-1.feeder-2: …",
 /// "master on PORT: …", "route 20 to line bay-1: …", "audit: …".
 std::vector<std::string> AdviceOf(const nlohmann::ordered_json& status);
 
-/// Renders a status. `target`: the target of the request; empty, a line, or a device. Throws a
-/// nlohmann exception if the answer is that of another version of the gateway.
+/// Renders a status. `target` is the target of the request: "LINE", "LINE.DEVICE", or empty for all
+/// lines. Throws a nlohmann exception if the answer is that of another version of the gateway.
 std::string RenderStatus(const nlohmann::ordered_json& status, const std::string& target,
                          const TableView& view);
 

@@ -71,13 +71,13 @@ std::string Milliseconds(const Json& json, const char* key) {
   return fmt::format("{:.1f} ms", json.at(key).get<double>() / 1e3);
 }
 
-/// Returns the number of requests that failed for a reason other than the client.
+/// Returns the number of requests that failed, but not by a fault of the client.
 std::uint64_t Failed(const Json& route) {
   return Number(route, "no_reply") + Number(route, "expired") + Number(route, "busy");
 }
 
-/// `labels`: titles of the counters. The first four columns are always shown, further columns only
-/// if they fit.
+/// `labels` contains the title of each counter. Counters after the fourth, except times, are left
+/// out if they do not fit.
 std::string RouteTable(const Json& routes, const Json& labels, const TableView& view) {
   constexpr std::size_t kSpare = 6;
   std::vector<TableColumn> columns = {{.title = "units"}, {.title = "route to"}};

@@ -12,8 +12,8 @@
 
 namespace baudgate::tools {
 
-/// Returns the modem control lines that are on: "DTR RTS CTS". Empty: no control line is on, or the
-/// port has none.
+/// Returns the modem control lines that are on, for example "DTR RTS CTS", or "no control line on".
+/// Empty: the port has no control lines.
 std::string ControlLinesText(const nlohmann::ordered_json& modem);
 /// Returns labelled facts about the port of a line: the modem control lines, and the clients that
 /// use the port. Leaves out what the status does not contain.

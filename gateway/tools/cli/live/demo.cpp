@@ -33,8 +33,8 @@ constexpr std::uint16_t kPortsToTry = 10;
 constexpr std::uint16_t kWebPort = 8502;
 constexpr Duration kRefresh = 500ms;
 
-/// The Modbus units of the shipped profiles are fixed, so that the examples in the documentation
-/// stay valid: `-a 1` is the SPAJ 140 C. Other profiles get units from kFirstFreeUnit on.
+/// Shipped profiles have fixed Modbus units, so that the examples in the documentation stay valid:
+/// `mbpoll -a 1` reads the SPAJ 140 C. Other profiles get units from kFirstFreeUnit on.
 struct FixedUnit {
   std::string_view profile;
   std::uint8_t unit;
@@ -66,8 +66,7 @@ constexpr FixedUnit kUnits[] = {
 };
 constexpr std::uint8_t kFirstFreeUnit = 101;
 
-/// A device name is allowed to contain only letters, digits, '_' and '-'; a profile name can
-/// contain dots.
+/// Replaces dots, which a profile name can contain and a device name cannot.
 std::string DeviceName(std::string profile) {
   for (char& c : profile) {
     if (c == '.') c = '_';
@@ -75,7 +74,7 @@ std::string DeviceName(std::string profile) {
   return profile;
 }
 
-/// Returns all protocols. Protocols that do not carry Modbus come first.
+/// Returns all protocols. Those that carry Modbus frames (Protocol::carrier) come last.
 std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catalog) {
   std::vector<const protocols::Protocol*> protocols;
   for (const auto& [name, protocol] : catalog.protocols) protocols.push_back(protocol);
@@ -84,8 +83,8 @@ std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catal
   return protocols;
 }
 
-/// Makes one device for each profile of the protocol itself, with addresses from 1 on. Devices that
-/// can send unasked get separate lines.
+/// Makes one device for each profile in the protocol's own folder, with addresses from 1 on.
+/// Devices that can send unasked get separate lines.
 std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
                                   const std::filesystem::path& directory,
                                   const config::Catalog& catalog) {
@@ -107,8 +106,8 @@ std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
   return lines;
 }
 
-/// Makes the configuration of the demo. A second demo on the machine gets another port and so
-/// another gateway name, which is the key of its DDS samples.
+/// Makes the configuration of the demo. If another demo uses the usual port, `port` is different
+/// and becomes a part of the gateway's name, which is the key of its DDS samples.
 Result<config::Config> DemoConfig(const config::Catalog& catalog,
                                   const std::filesystem::path& directory,
                                   const DemoOptions& options, std::uint16_t port,

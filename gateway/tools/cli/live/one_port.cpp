@@ -48,7 +48,7 @@ std::string NameOfPort(const std::string& port) {
   return name.empty() ? "port" : name;
 }
 
-/// Loads a configuration of one port. The error contains all problems, one on each line.
+/// Loads the configuration made for one port. The error contains all problems, one on each line.
 Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog& catalog) {
   config::Loaded loaded = config::LoadText(yaml, "command line", catalog);
   if (loaded.ok()) return std::move(loaded.config);
@@ -61,8 +61,7 @@ Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog
 
 constexpr std::uint16_t kUsualPort = 1502;
 
-/// Adds the default port. Example: "0.0.0.0" → "0.0.0.0:1502". A port without an address is an
-/// error.
+/// Adds the default port. Example: "0.0.0.0" → "0.0.0.0:1502". Fails for a port without an address.
 Result<config::HostPort> Place(const std::string& listen) {
   if (ParseInteger<std::uint16_t>(listen)) {
     return Error{"--listen: " + listen + " is a port without an address; write 127.0.0.1:" +
@@ -137,8 +136,8 @@ namespace {
 
 constexpr const char* kLine = "port";
 constexpr const char* kDevice = "device";
-/// How long to wait for the port and for the first readings. After that, the values that were read
-/// so far are shown.
+/// The longest time to wait for the port and for the first readings. After that, the values that
+/// were read so far are shown.
 constexpr Duration kWaitForPort = 15s;
 constexpr Duration kLookAtValuesEvery = 20ms;
 
@@ -175,7 +174,7 @@ bool IsUnderWay(const bus::DeviceRecord& record, Instant now) {
   return false;
 }
 
-/// True if the device was asked, and either all its points were read or it has not replied.
+/// True if the device was asked, and either has not replied or all its points were read.
 bool IsKnown(const bus::PointStore& store) {
   bool known = false;
   store.Read(0, [&](const bus::DeviceRecord& record) {
@@ -191,9 +190,8 @@ int Fail(const std::string& message, int code, std::ostream& err) {
   return code;
 }
 
-/// Waits until the port is open and IsKnown is true, at most kWaitForPort. If the port is open
-/// then, this is a success even if IsKnown is false. The error contains the reason why the port is
-/// not open.
+/// Waits until the port is open and IsKnown is true, at most kWaitForPort. Succeeds if the port is
+/// open after that time, even if IsKnown is false. The error tells why the port is not open.
 Status AwaitPort(const bus::PointStore& store) {
   const Instant limit = ReadClocks().instant + kWaitForPort;
   while (ReadClocks().instant < limit) {
@@ -308,7 +306,7 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
     err << "baudgate: " << options.port << ": " << open.error()
         << "; 'baudgate ports' lists the ports and the programs that use them\n";
   }
-  // Destructors are skipped, because they would wait for a blocked driver.
+  // If Stop fails, a driver is blocked. Destructors would wait for the driver, so they are skipped.
   if (!daemon.Stop()) {
     out.flush();
     std::_Exit(code);

@@ -49,8 +49,8 @@ struct BridgeOptions {
 };
 
 /// Runs until SIGTERM or SIGINT. Exit codes: 0 stopped; 2 `listen` is not an address, or is not
-/// loopback while `allow` is empty; 3 values that a configuration must not contain; 4 it cannot
-/// listen.
+/// loopback while `allow` is empty; 3 a value is not permitted in a configuration; 4 `listen`
+/// cannot be opened, or no temporary folder can be made.
 int RunBridge(const BridgeOptions& options, const config::Catalog& catalog, std::ostream& err);
 
 // `baudgate read --port …`: reads a device once, without a configuration or a running gateway.
@@ -66,7 +66,7 @@ struct ReadPortOptions {
 };
 
 /// Prints the same as `baudgate read` with a running gateway. Exit codes: 0 all points were read; 1
-/// the device did not answer; 2 unknown point; 3 invalid values; 4 the port cannot be opened.
+/// some points were not read; 2 unknown point; 3 invalid values; 4 the port cannot be opened.
 int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);
 

@@ -37,19 +37,19 @@ namespace baudgate::tools {
 namespace {
 
 constexpr auto kLookEvery = 1000ms;
-/// The stop must end within this time, which is shorter than TimeoutStopSec of the service.
+/// The daemon must stop within this time, which is shorter than TimeoutStopSec of the service.
 constexpr auto kStopWithin = 4s;
 
-/// Returns the interval of reports to systemd: a tenth of WatchdogSec, at most 1 s. systemd acts
-/// when nine reports in a row are missing.
+/// Returns the interval of reports to systemd: a tenth of WatchdogSec, at most 1 s, so that systemd
+/// acts only when at least nine reports in a row are missing.
 timespec LookInterval(std::uint64_t watchdog_us) {
   auto interval = std::chrono::microseconds(kLookEvery);
   if (watchdog_us > 0) interval = std::min(interval, std::chrono::microseconds(watchdog_us) / 10);
   return {interval / 1s, std::chrono::nanoseconds(interval % 1s).count()};
 }
 
-/// Reports to systemd's watchdog until SIGTERM or SIGINT arrives; SIGHUP requests a reload. While a
-/// thread of the daemon hangs, makes no report; if this thread hangs, the reports end as well.
+/// Reports to systemd's watchdog until SIGTERM or SIGINT arrives; SIGHUP requests a reload. Makes
+/// no report while a thread of the daemon or this thread hangs.
 void WaitForStop(const sigset_t& signals, daemon::Daemon& daemon) {
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
@@ -181,7 +181,7 @@ sigset_t BlockSignals() {
 int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog) try {
   const sigset_t signals = BlockSignals();
-  // Declared before the daemon, so that it still guards the daemon's destructor.
+  // The guard is declared before the daemon, so that it is still alive in the daemon's destructor.
   std::optional<StopGuard> stop_guard;
   daemon::Daemon daemon(std::move(config), catalog);
   if (reload) {
@@ -199,7 +199,7 @@ int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
   stop_guard.emplace();
   sd_notify(0, "STOPPING=1");
   log::Info("baudgate stops");
-  // Destructors are skipped, because they would wait for a blocked driver.
+  // If Stop fails, a driver is blocked. Destructors would wait for the driver, so they are skipped.
   if (!daemon.Stop()) {
     log::Flush();
     std::_Exit(0);
@@ -213,8 +213,8 @@ int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
 }
 
 int RunDaemon(const std::string& file, const config::Catalog& catalog) {
-  // Reading a pipe can block until its writer comes; SIGTERM and SIGINT still end the process then.
-  // SIGHUP is blocked, because there is nothing to reload yet.
+  // Reading a pipe can block until its writer comes. SIGTERM and SIGINT still end the process in
+  // this time. SIGHUP is blocked, because there is nothing to reload yet.
   sigset_t later;
   sigemptyset(&later);
   sigaddset(&later, SIGHUP);
@@ -231,7 +231,7 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog) {
 
 namespace {
 
-constexpr int kSignOfLife = 1000;  // in ms
+constexpr int kSignOfLife = 1000;  // longest time between two reports, in ms
 
 void TellSystemd(std::size_t participants) {
   sd_notifyf(0, "WATCHDOG=1\nSTATUS=knows %zu participants", participants);
@@ -284,8 +284,8 @@ std::string PointsOfProfiles(const config::Catalog& catalog) {
   return text;
 }
 
-/// Writes `text` into a memory file, which the started program inherits. Returns its path; empty:
-/// it cannot be created, so points are sorted by name.
+/// Writes `text` into a memory file, which the program that is started inherits. Returns the path
+/// of the file; empty: the file cannot be created, so `watch` sorts points by name.
 std::string FileOf(const std::string& text) {
   const int file = ::memfd_create("point-order", 0);
   if (file < 0 || ::write(file, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
@@ -303,7 +303,7 @@ int RunWatch(const std::vector<std::string>& words, const config::Catalog& catal
     err << "watch: " << program.error() << "; install the package baudgate-dds\n";
     return kExitCanNot;
   }
-  // The program baudgate-dds uses these words in its messages.
+  // argv[0] and argv[1] of baudgate-dds: it begins its messages with the name in argv[0].
   std::vector<std::string> all{"baudgate", "watch"};
   all.insert(all.end(), words.begin(), words.end());
   if (const std::string order = FileOf(PointsOfProfiles(catalog)); !order.empty()) {

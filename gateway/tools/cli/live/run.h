@@ -19,8 +19,8 @@ namespace baudgate::tools {
 /// long.
 int RunDaemon(const std::string& file, const config::Catalog& catalog);
 
-/// Runs a gateway with this configuration until SIGTERM or SIGINT. `reload` empty: no file can be
-/// reloaded. The exit codes are those of RunDaemon.
+/// Runs a gateway with this configuration until SIGTERM or SIGINT. If `reload` is empty, the
+/// configuration cannot be reloaded. Returns the exit codes of RunDaemon.
 int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog);
 
@@ -33,7 +33,7 @@ int RunDiscoveryServer(const std::string& listen, std::ostream& err);
 // `baudgate watch`: this process becomes baudgate-dds, because this program does not contain the
 // DDS library.
 
-/// `words`: the words after "watch". The points of installed profiles are passed on as well
+/// `words`: the words after "watch". The points of installed profiles are added
 /// (gateway/tools/watch/point_image.h). Does not return on success; returns 4 if baudgate-dds
 /// cannot be started.
 int RunWatch(const std::vector<std::string>& words, const config::Catalog& catalog,

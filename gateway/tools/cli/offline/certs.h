@@ -21,15 +21,16 @@ std::string CheckDdsSecurity(const config::Config& config, WallTime now,
 
 struct CertsOptions {
   std::string directory;
-  /// The names of gateways. If nothing is requested and there is no authority yet: "baudgate".
+  /// Default, if no identity is requested and the folder contains no authority yet: "baudgate".
   std::vector<std::string> gateways;
-  /// The number of subscribers. Empty: 1 if nothing is requested and there is no authority yet,
-  /// else 0.
+  /// The number of subscribers. Empty: 0, or 1 if no identity is requested and the folder contains
+  /// no authority yet.
   std::optional<int> subscribers;
   int writers = 0;
 };
 
-/// Exit codes: 0 done; 2 invalid name; 4 a file exists already or cannot be written.
+/// Exit codes: 0 done; 2 invalid name; 4 a file exists already or cannot be written, or no identity
+/// is requested for an existing authority.
 int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

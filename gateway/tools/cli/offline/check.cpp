@@ -93,7 +93,7 @@ std::vector<std::string> Row(const config::Device& device) {
           device.enabled ? "" : "disabled"};
 }
 
-/// Prints the timing of the line's devices. Devices with equal times are printed together.
+/// Devices with equal times are printed together.
 void PrintTimes(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
   for (const config::Device& device : line.devices) {
@@ -110,7 +110,7 @@ void PrintTimes(const config::Line& line, const config::Catalog& catalog, std::o
   }
 }
 
-/// Prints the cost of reading twice, which is necessary for protocols with weak checksums.
+/// Prints the cost of reading points twice, which protocols with weak checksums need.
 void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
   std::size_t points = 0;
   std::size_t jumps = 0;

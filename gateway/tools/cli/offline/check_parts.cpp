@@ -47,8 +47,8 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
   out << '\n';
 }
 
-/// Prints which records that meters store themselves are read. Example: "load profiles of meters.m1
-/// (1, 2), meters.m2 (1)".
+/// Prints which records in the memory of meters the gateway reads. Example: "load profiles of
+/// meters.m1 (1, 2), meters.m2 (1)".
 void PrintOfMeters(const config::Config& config, std::ostream& out) {
   constexpr std::array<std::pair<const char*, const char*>, 2> kKinds = {
       {{"load_profile", "load profiles of "}, {"billing", "billing readings of "}}};
@@ -101,7 +101,7 @@ namespace {
 
 constexpr std::size_t kMostNamed = 8;
 
-/// Returns the first names and the number of the others. Example: "a, b, c and 4 more".
+/// Returns the first names and the number of further names. Example: "a, b, c and 4 more".
 std::string Listed(const std::vector<std::string>& all) {
   std::string text;
   for (std::size_t i = 0; i < all.size() && i < kMostNamed; ++i) {
@@ -253,7 +253,7 @@ std::vector<std::string> PlacesOf(const config::Modbus& modbus, Predicate predic
   return places;
 }
 
-/// Returns the listeners that pass writes to unit 0 on, even if no route contains unit 0.
+/// Returns the listeners that pass on writes to unit 0, even if no route contains unit 0.
 std::vector<std::string> Passing(const config::Modbus& modbus) {
   return PlacesOf(modbus, [](const Listener& listener) {
     return listener.broadcast == Listener::Broadcast::pass;

@@ -25,16 +25,12 @@ std::string Joined(const Range& range, Text text) {
   return joined;
 }
 
-/// Returns the clients that are allowed to connect. Examples: "everybody who reaches it",
-/// "10.0.0.7, 10.1.0.0/16".
 inline std::string Whom(const std::vector<config::Network>& allow) {
   if (allow.empty()) return "everybody who reaches it";
   return Joined(allow, [](const auto& network) { return network.text; });
 }
 
-// These functions print what the gateway records: events, readings of meters, the history.
-
-/// Each function prints nothing if the configuration records nothing of its kind.
+/// The functions for events, meters and history print nothing if the configuration records none.
 void PrintEvents(const config::Config& config, std::ostream& out);
 void PrintOfMeters(const config::Config& config, std::ostream& out);
 void PrintHistory(const config::Config& config, std::ostream& out);
@@ -42,31 +38,31 @@ nlohmann::ordered_json HistoryJson(const config::Config& config);
 
 /// Prints the writable points of each device. Example:
 ///   writes to feeder-1: setting_group (1 to 2, selected first)
-///   writes to feeder-2: none; 5 points could be written (setting_group, …): add 'write: allow', …
+///   writes to feeder-2: none; setting_group can be written if you add 'write: allow', …
 void PrintWrites(const config::Line& line, std::ostream& out);
 
-/// Returns the writable points of a device. Example: {"allowed":["setting_group"],"off":[]}. "off"
-/// lists points that could be allowed to be written.
+/// Returns the points that the configuration allows to be written, and points that could be
+/// allowed. Example: {"allowed":["setting_group"],"off":["reset"]}.
 nlohmann::ordered_json WritesJson(const config::Device& device);
 
 void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems);
 
 /// Prints the address of the web server, "web http://127.0.0.1:8502/, …", and the number of metric
-/// series; "web off" without one.
+/// series; prints "web off" if there is no web server.
 void PrintWeb(const config::Config& config, std::ostream& out);
 
-/// Returns the web server's part of `baudgate check --json`; null: the web server is off.
+/// Returns the part of `baudgate check --json` about the web server; null: there is no web server.
 nlohmann::ordered_json WebJson(const config::Config& config);
 
 /// One row of the routing table. The rows are in the order in which requests are matched.
 struct UnitRow {
   std::string units;     ///< Modbus units: "33-35, 37-40", or "others"
-  std::string target;    ///< where requests to the units go: "line drive, slaves 1-3, 5-8"
+  std::string target;    ///< destination of requests to the units: "line drive, slaves 1-3, 5-8"
   std::string deadline;  ///< "2.5s"; empty: the target has no deadline
 };
 
-/// Returns the rows of the routing table: devices by unit, routes as configured (only with the
-/// units that really reach them), the gateway itself, and all other units.
+/// Returns the rows in this order: devices by unit, routes as configured (with only the units that
+/// no earlier row takes), the gateway itself, all other units.
 std::vector<UnitRow> UnitRows(const config::Config& config);
 
 void PrintRouteTable(const config::Config& config, std::ostream& out);

@@ -21,8 +21,8 @@ struct Captures {
   std::vector<diagnosis::Capture> exchanges;
 };
 
-/// True if `piece` belongs to the message in `capture`. A pause ends a message that was sent
-/// unasked.
+/// True if `piece` belongs to the message in `capture`. A pause of more than kApart ends a message
+/// that was sent unasked.
 bool Continues(const diagnosis::Capture& capture, const diagnosis::TraceLine& piece) {
   if (!capture.unasked || piece.time.empty()) return true;
   return diagnosis::Between(capture.heard_at, diagnosis::TimeOfDay(piece.time)) <=
@@ -60,8 +60,8 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   if (marked.mark != '<' && !captures.empty() && captures.back().unasked) {
     captures.back().ended = true;
   }
-  // If the line is about another device or the last capture has ended, records were lost, and the
-  // line does not belong to the capture.
+  // `line` tells the outcome of the last capture only if it is about the same device and the
+  // capture has not ended; else records of the trace were lost.
   const bool known =
       !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
   if (marked.mark == '=' && of_trace && known) {
@@ -88,7 +88,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   return {};
 }
 
-/// Reads all captures. The error contains the number of the line that is not hex.
+/// The error contains the number of the line that is not hex.
 Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;
@@ -103,8 +103,7 @@ Result<Captures> ReadCaptures(std::istream& in) {
   return captures;
 }
 
-/// Makes a decoder. The error names the wrong protocol, profile or option. `catalog` must outlive
-/// the decoder.
+/// The error names the wrong protocol, profile or option. `catalog` must outlive the decoder.
 Result<diagnosis::ExchangeDecoder> MakeDecoder(const records::TracedDevice& traced,
                                                const config::Catalog& catalog) {
   // The decoder gets the address from each request; the address given here must only be valid.
@@ -175,8 +174,8 @@ std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::
   return text;
 }
 
-/// Makes a decoder for each device in the head of the capture. A protocol or profile of the command
-/// line replaces the protocol in the head.
+/// Contains a decoder for each device in the head of the trace. If the command line names a
+/// protocol or a profile, the head is ignored.
 class TracedDecoders {
  public:
   TracedDecoders(const DecodeOptions& options, const config::Catalog& catalog)
@@ -192,8 +191,8 @@ class TracedDecoders {
     return Error{"the captures have no trace head that names the protocol; add --protocol"};
   }
 
-  /// Returns the decoder of a device; null: the status contains the reason. All devices that
-  /// `devices_` does not contain share one decoder.
+  /// Returns the decoder of a device, or null and the reason. All devices that the head does not
+  /// contain share one decoder.
   std::pair<Status, diagnosis::ExchangeDecoder*> For(const std::string& device) {
     const auto known = devices_.find(device);
     const std::string key = known == devices_.end() ? "" : device;
@@ -210,8 +209,8 @@ class TracedDecoders {
     return {Status(), &found->second};
   }
 
-  /// Returns the decoder of the device that sends unasked; null: there is no such device, or it
-  /// cannot be made.
+  /// Returns the decoder of a device that sends unasked; null: there is no such device, or no
+  /// decoder for it can be made.
   diagnosis::ExchangeDecoder* Speaker() {
     std::vector<std::string> names;
     for (const auto& [name, device] : devices_) names.push_back(name);
@@ -224,8 +223,8 @@ class TracedDecoders {
   }
 
  private:
-  /// Returns the protocol of slaves that only routes reach: they are not in the head, but use the
-  /// protocol of their line.
+  /// Returns the protocol of devices that the trace head does not contain: slaves to which only
+  /// Modbus routes lead. They use the protocol of their line.
   std::string ProtocolOfOthers() const {
     if (!options_.protocol.empty() || devices_.empty()) return options_.protocol;
     return devices_.begin()->second.protocol;
@@ -268,7 +267,7 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
   for (const diagnosis::Capture& capture : captures->exchanges) {
     if (capture.unasked) {
       diagnosis::ExchangeDecoder* const speaker = decoders.Speaker();
-      // A trace can begin in the middle of an exchange, so bytes without a request are skipped.
+      // A trace can begin in the middle of an exchange. Bytes without a request are then skipped.
       if (speaker == nullptr && !capture.time.empty()) continue;
       if (speaker == nullptr) {
         return fail(

@@ -1,6 +1,6 @@
 // `baudgate decode`: decodes captured exchanges with the rules and codecs of the daemon. It reads
-// lines "> hex" (request) and "< hex" (reply or a part of it), and the formats of `baudgate trace`
-// and the flight recorder; other lines are comments.
+// lines "> hex" (request) and "< hex" (a reply or a part of a reply), the output of `baudgate
+// trace`, and the content of the flight recorder; other lines are comments.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,7 +29,7 @@ struct DecodeOptions {
   std::string profile{};
   /// Device options, "key=value", in addition to the options in the head of the trace.
   std::vector<std::string> set{};
-  std::string device{};   ///< only exchanges with this device of a trace; empty: all
+  std::string device{};   ///< decode only exchanges with this device; empty: all exchanges
   bool prose = false;     ///< true: readable text; false: one JSON object per line
   std::size_t width = 0;  ///< width of readable text, in characters per line; 0: no limit
 };

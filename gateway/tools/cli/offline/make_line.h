@@ -29,8 +29,8 @@ struct WantedLine {
 
 Result<std::string> ProtocolOfProfile(const std::string& profile, const config::Catalog& catalog);
 
-/// Makes the line. Each option of each device is set, if necessary to its default. The error
-/// contains all problems, one on each line.
+/// Sets each option of each device, if necessary to its default. The error contains all problems,
+/// one on each line.
 Result<config::Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog);
 
 }  // namespace baudgate::tools

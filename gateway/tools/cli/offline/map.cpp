@@ -68,7 +68,7 @@ std::string AccessText(const config::Point& point) {
   return point.access == config::Access::write ? "" : "r";
 }
 
-// The word order is needed only for values of several registers.
+// Returns the word order, which matters only for values of several registers.
 std::string OrderText(const config::Device& device, const MapPlace& place) {
   return place.served && place.registers > 1 ? std::string(config::Name(device.word_order)) : "";
 }
@@ -87,8 +87,8 @@ std::string AgeText(const MapPlace& place, const config::Point& point) {
   return place.bit || !IsReadable(point) ? "" : Number(place, kAgeOffset);
 }
 
-/// Returns the register that must be written before the point is written; empty: there is no such
-/// register.
+/// Returns the number of the select register, to be written before the point is written; empty: the
+/// point needs no selection.
 std::string SelectText(const MapPlace& place, const config::Point& point) {
   const bool selects = point.writing.select && point.writing.allowed;
   return selects ? Number(place, config::kSelectOffset) : "";
@@ -263,7 +263,7 @@ std::string Identifier(const std::string& device, const std::string& point) {
   return name.front() >= '0' && name.front() <= '9' ? "_" + name : name;
 }
 
-/// Returns the IEC type at the place. A register is a word, so a boolean in a register is a WORD.
+/// Returns the IEC type. A register is a word, so a boolean in a register is a WORD.
 std::string TypeAt(const config::Point& point, const MapPlace& place) {
   if (place.bit) return "BOOL";
   if (point.type == config::Type::boolean) return "WORD";
@@ -272,11 +272,11 @@ std::string TypeAt(const config::Point& point, const MapPlace& place) {
   return config::IecName(point);
 }
 
-/// The part of the PLC's inputs, or of its outputs, for one device: registers, then bits.
+/// The addresses of one device in the PLC's inputs or in its outputs: registers, then bits.
 class Area {
  public:
-  /// `letter`: I for inputs, Q for outputs. `next`: the first free word; it is set to the first
-  /// word behind the area.
+  /// `letter`: I for inputs, Q for outputs. `next` is the first free word; the constructor sets it
+  /// to the first word behind this area.
   Area(char letter, const config::Device& device, int& next) : letter_(letter) {
     for (const config::Point& point : device.points) {
       const MapPlace place = PlaceOf(device, point);
@@ -300,7 +300,7 @@ class Area {
     return fmt::format("%{}X{}.{}", letter_, 2 * bits_.base + bit / 8, bit % 8);
   }
 
-  /// Prints the settings for the PLC's Modbus client as comments.
+  /// Prints comments with the registers and bits that the PLC's Modbus client must copy.
   void PrintOrders(std::ostream& out) const {
     const bool input = letter_ == 'I';
     if (words_.size() > 0) {

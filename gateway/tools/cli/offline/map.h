@@ -31,9 +31,9 @@ int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat fo
            std::ostream& out, std::ostream& err);
 
 /// `baudgate map --format st`: prints the points as global variables in Structured Text (IEC
-/// 61131-3). The registers and bits of all units follow each other in the PLC's inputs, and the
-/// writable points in its outputs. Comments in the text tell which registers the PLC has to copy,
-/// and where to.
+/// 61131-3). The registers and bits of all devices are placed one after the other in the PLC's
+/// inputs, and the writable points in its outputs. Comments in the text tell which registers the
+/// PLC must copy, and to which address.
 void PrintStructuredText(const config::Config& config, std::ostream& out);
 
 }  // namespace baudgate::tools

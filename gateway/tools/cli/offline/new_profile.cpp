@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// Returns the separator of a first line "sep=;", which Excel reads; '\0': there is no such line.
-/// Removes the text of the line but not its end, so that line numbers stay correct.
+/// Returns ';' for a first line "sep=;", which Excel reads; '\0': there is no such line. Removes
+/// the text of the line but keeps its end, so that line numbers stay correct.
 char TakeNamedSeparator(std::string_view& text) {
   const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
   std::string_view line = text.substr(0, end);
@@ -116,7 +116,7 @@ std::string Bare(std::string_view text) {
   return bare;
 }
 
-/// `words`: the names, separated by blanks, that all mean `is`.
+/// `words` are the names that mean `is`, separated by blanks.
 struct Meaning {
   std::string_view is;
   std::string_view words;
@@ -264,7 +264,7 @@ std::optional<Decimal> TimeNumber(const std::string& text, const std::string& fo
                        : CountOf<std::chrono::seconds>(*time);
 }
 
-/// Returns the range of integers in these registers; empty: the registers contain a float.
+/// Returns the range of the integers of this form; empty: the form is a float.
 std::optional<config::IntegerRange> RangeOfForm(const std::string& form) {
   if (form == "bcd16") return config::IntegerRange{0, 9'999};
   if (form == "bcd32") return config::IntegerRange{0, 99'999'999};
@@ -329,7 +329,7 @@ constexpr std::string_view kOfWindows[] = {
     "?",      "\u2018", "\u2019", "\u201C", "\u201D", "\u2022", "\u2013", "\u2014",
     "\u02DC", "\u2122", "\u0161", "\u203A", "\u0153", "?",      "\u017E", "\u0178"};
 
-/// Converts text to UTF-8. Spreadsheets write UTF-8 or Windows-1252.
+/// Converts text to UTF-8. Text that is not UTF-8 must be Windows-1252, as spreadsheets write it.
 std::string AsUtf8(const std::string& text) {
   if (FirstNotUtf8(text) == std::string::npos) return text;
   std::string utf8;
@@ -349,7 +349,7 @@ std::string AsUtf8(const std::string& text) {
   return utf8;
 }
 
-/// Assigns consecutive registers and bits of the gateway to the points.
+/// Assigns consecutive Modbus registers and bits, which clients of the gateway read, to the points.
 class Places {
  public:
   std::size_t Next(const ListedPoint& point) {

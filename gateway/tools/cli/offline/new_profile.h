@@ -45,12 +45,13 @@ enum class ListColumn {
   order
 };
 
-/// Returns the column with this header. Example: "Data Type" → type. Ignores case, blanks and
-/// punctuation.
+/// Returns the column with this header. Example: "Data Type" → ListColumn::type. Ignores case,
+/// blanks and punctuation.
 std::optional<ListColumn> ColumnNamed(std::string_view header);
 
-/// Returns the type of the registers. Examples: "U16", "WORD", "unsigned int 16" → "uint16"; "Date"
-/// → "DATE"; "STRING(16)", "char[16]" → "string(16)", or "string" if the length is missing.
+/// Returns the form (the type of the registers). Examples: "U16", "WORD", "unsigned int 16" →
+/// "uint16"; "Date" → "DATE"; "STRING(16)", "char[16]" → "string(16)", or "string" without a
+/// length.
 std::optional<std::string> FormNamed(std::string_view text);
 
 /// Returns the Modbus table. Examples: "Holding Register", "FC3", "4x" → "holding".
@@ -63,30 +64,30 @@ std::optional<std::string> AccessNamed(std::string_view text);
 /// "little endian", because it is CDAB in some manuals and DCBA in others.
 std::optional<std::string> OrderNamed(std::string_view text);
 
-/// Returns the number of registers of the form; 1 for bits.
+/// Returns the number of registers of a form (see FormNamed); 1 for bits.
 std::size_t RegistersOf(const std::string& form);
-/// Returns the length of a string form. Example: 16 for "string(16)".
+/// Returns 16 for the form "string(16)".
 std::size_t LengthOf(const std::string& form);
-/// True if the form is a time or a date of IEC 61131-3, which takes two registers.
+/// True for the times and dates of IEC 61131-3: TIME, DATE, TOD, DT. Each takes two registers.
 bool IsTimeForm(std::string_view form);
 
-/// Parses a number as lists contain it. Examples: "0.1", "0,1", "1E-05".
+/// Parses a number as register lists contain it. Examples: "0.1", "0,1", "1E-05".
 std::optional<Decimal> ListedNumber(const std::string& text);
 
-/// Returns the raw value for `simulate:` in YAML. `form`: the type of the registers. Examples:
-/// "230,4" with a scale of 0.1 → "2304"; "2026-11-27" with the form DATE → 1795737600.
+/// Returns the raw number in the device as text for `simulate:`. `form`: see FormNamed. Examples:
+/// "230,4" with a scale of 0.1 → "2304"; "2026-11-27" with the form DATE → "1795737600".
 Result<std::string> ListedExample(const std::string& text, const std::string& form,
                                   const Decimal& scale);
 
 struct NewProfileOptions {
   std::string file;
   std::optional<FirstRegister> first{};
-  std::string table = "holding";  ///< the table, for register numbers that do not show their table
+  std::string table = "holding";  ///< table of registers for which the list tells no table
   std::string title{};            ///< text for the profile's `device:`; empty: the file's name
 };
 
 /// Prints the profile if the list has no errors. Exit codes: 0 done; 2 `first` is missing; 3 the
-/// list has errors, which are printed on `err`; 4 the list cannot be read.
+/// list has errors, printed on `err`; 4 no such list, or modbus_rtu is not installed.
 int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catalog,
                   std::ostream& out, std::ostream& err);
 

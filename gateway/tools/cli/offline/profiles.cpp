@@ -213,7 +213,7 @@ void PrintJson(const Json& json, std::ostream& out) {
   out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
 }
 
-// Prints the list of profiles. A profile that cannot be read is listed without its title.
+// A profile that cannot be read is listed without its title.
 int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format, std::size_t width,
               const config::Catalog& catalog, std::ostream& out) {
   TextTable table({"protocol", "profile", "points", "device", "of this machine"});
@@ -348,8 +348,8 @@ Judged Judge(const std::string& text, const std::string& file, const protocols::
   return {&protocol, config::LoadProfileText(text, file, name, protocol, catalog)};
 }
 
-/// Checks the file as a profile of the protocol that its folder names; else of the protocol with
-/// the fewest errors.
+/// Checks the file as a profile of the protocol that has the name of its folder. If there is none,
+/// checks it for each protocol and returns the result with the fewest errors.
 Judged JudgeByContent(const std::string& text, const std::string& file,
                       const config::Catalog& catalog) {
   const std::string folder = fs::absolute(file).parent_path().filename().string();

@@ -12,7 +12,7 @@
 
 namespace baudgate::tools {
 
-// Returns the type as text. Examples: "float32", "string(12)", "DT".
+// Returns the type of a point. Examples: "float32", "string(12)", "DT".
 
 inline std::string TypeText(const config::Point& point) {
   if (point.time_type != config::TimeType::none) return config::IecName(point);
@@ -21,30 +21,31 @@ inline std::string TypeText(const config::Point& point) {
   return text;
 }
 
-/// Prints a protocol; an empty name lists all protocols. Exit codes: 0 done; 2 unknown protocol; 4
-/// no protocol is installed.
+/// Prints one protocol or, if `name` is empty, the list of protocols. Exit codes: 0 done; 2 unknown
+/// protocol; 4 no protocol is installed.
 int RunProtocols(const std::string& name, bool json, const config::Catalog& catalog,
                  std::ostream& out, std::ostream& err);
 
 enum class ProfileFormat : std::uint8_t { table, json, markdown };
 
-/// Prints a profile. `name`: "spaj140c", "spabus/spaj140c", or empty for the list of profiles.
-/// `width` of tables, in characters; 0: no limit. Exit codes: 0 done; 2 unknown profile, or several
-/// have this name; 3 the profile has errors; 4 no protocol is installed.
+/// Prints the profile `name` ("spaj140c" or "spabus/spaj140c") or, if `name` is empty, the list of
+/// profiles. Tables are at most `width` characters wide; 0: no limit. Exit codes: 0 done; 2 unknown
+/// profile, or several have this name; 3 the profile has errors; 4 no protocol is installed.
 int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
                 std::ostream& out, std::ostream& err, std::size_t width = 0);
 
-// `baudgate profiles --check FILE`: prints all problems of a profile, or its register table.
+// `baudgate profiles --check FILE`: prints all problems of a profile, or its points if it has none.
 struct CheckProfileOptions {
   std::string file;
-  std::string protocol{};  ///< empty: the protocol of the file's folder, else the protocol with the
-                           ///< fewest errors
+  /// Empty: the protocol after which the file's folder is named, or else the protocol with the
+  /// fewest errors.
+  std::string protocol{};
   ProfileFormat format = ProfileFormat::table;
   std::size_t width = 0;
 };
 
 /// Exit codes: 0 the profile can be used, even with warnings; 2 unknown protocol; 3 the profile has
-/// errors; 4 the file cannot be read.
+/// errors; 4 the file cannot be read, or no protocol is installed.
 int RunCheckProfile(const CheckProfileOptions& options, const config::Catalog& catalog,
                     std::ostream& out, std::ostream& err);
 

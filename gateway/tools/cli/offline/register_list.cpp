@@ -22,8 +22,8 @@ std::string RegistersText(const ListedPoint& point) {
   return last == point.address ? first : first + "…" + std::to_string(last);
 }
 
-/// Finds points whose registers overlap. Adds an error for a partial overlap, and a warning for
-/// equal registers. `file`: the list's name in messages.
+/// Finds points whose registers overlap. Adds an error for a partial overlap, and a warning if the
+/// registers are the same. `file` is the list's name in messages.
 void CheckPlaces(const std::string& file, RegisterList& list) {
   std::vector<const ListedPoint*> points;
   for (const ListedPoint& point : list.points) points.push_back(&point);
@@ -54,7 +54,7 @@ void CheckPlaces(const std::string& file, RegisterList& list) {
 }
 
 struct Register {
-  std::string table;  // empty: the number does not show its table
+  std::string table;  // empty: the list tells no table for this register
   std::uint16_t address = 0;
   std::optional<std::size_t> count;  // number of registers; empty: the list gives no range
 };
@@ -65,7 +65,7 @@ std::optional<std::uint32_t> Number(std::string_view text) {
   return hex ? ParseInteger<std::uint32_t>(text.substr(2), 16) : ParseInteger<std::uint32_t>(text);
 }
 
-/// Replaces the dashes of manuals and spreadsheets, "…", "~" and "to" between two numbers by '-'.
+/// Replaces dashes of all kinds, "…", "~" and "to" by '-', as in "40003 – 40004".
 std::string WithPlainDashes(std::string text) {
   static constexpr std::string_view kDashes[] = {"\u2010", "\u2011", "\u2012", "\u2013", "\u2014",
                                                  "\u2015", "\u2212", "\u2026", "\u00AD", "\uFF0D",
@@ -111,7 +111,7 @@ std::optional<Decimal> ScaleOf(const std::string& text) {
   return *above / *below;
 }
 
-/// True for a name such as "VoltageL1", which is hard to read in lower case.
+/// True for a name such as "VoltageL1", which keeps its capitals because they make it readable.
 bool IsCamelCase(std::string_view text) {
   const auto lower = [](char c) { return c >= 'a' && c <= 'z'; };
   for (std::size_t i = 1; i < text.size(); ++i) {
@@ -136,7 +136,7 @@ std::string PointName(std::string_view text) {
   return name.substr(0, 60);
 }
 
-/// Returns table and address for a register number such as 40001, with five or six digits.
+/// Returns table and address of a number of five or six digits. Example: 40001 → holding 0.
 std::optional<Register> Modicon(std::uint32_t number) {
   const bool six = number > 100'000;
   const std::uint32_t size = six ? 100'000 : 10'000;
@@ -209,8 +209,8 @@ class ListReader {
     return there ? row.cells[found->second] : std::string();
   }
 
-  /// True if the row has no cells with content behind the last column of the header. Else adds an
-  /// error: a separator in a cell is not quoted.
+  /// False if the row has a cell with content behind the last column of the header. This adds an
+  /// error, because a cell contains a separator and is not quoted.
   bool HasItsColumns(const CsvRow& row) {
     const bool more =
         row.cells.size() > width_ &&
@@ -230,8 +230,8 @@ class ListReader {
     return "write a cell that holds a separator in quotes";
   }
 
-  /// Warns if the register numbers look like the 40001 notation although another notation was
-  /// given.
+  /// Warns if the register numbers look like the 40001 notation although the user has given another
+  /// notation.
   void CheckCounting() {
     if (!first_ || *first_ == FirstRegister::modicon) return;
     const auto within = [&](std::uint32_t from, std::uint32_t to) {
@@ -382,7 +382,7 @@ class ListReader {
     }
   }
 
-  /// Ignores the order of a single register, because lists often give an order in every row.
+  /// Reads the byte order. A single register has no word order, although lists often give one.
   void ReadOrder(const CsvRow& row, ListedPoint& point) {
     const std::string given = WithPlainDashes(Cell(row, ListColumn::order));
     if (given.empty() || given == "-" || point.form.empty() || point.form == "bool") return;
@@ -423,8 +423,8 @@ class ListReader {
     point.registers = point.form == "bool" ? 1 : RegistersOf(point.type);
   }
 
-  /// Returns the type of the value. A scaled value needs a float that can represent all digits of
-  /// the raw number.
+  /// Returns the type of the point for registers of this form. A scaled value needs a type that can
+  /// represent all digits of the raw number.
   static std::string TypeOf(const std::string& form, const Decimal& scale) {
     const bool kept = form.starts_with("float") || form.starts_with("string") || form == "bool";
     if (kept || IsTimeForm(form)) return form;

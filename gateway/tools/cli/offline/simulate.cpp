@@ -71,8 +71,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kTrialHead = "# A trial of ";
 
-/// The folder of the twins' ports for a written configuration. The destructor removes the folder if
-/// it is empty.
+/// The folder of the twins' ports, for a configuration that `--write` has written. The destructor
+/// removes the folder if it is empty.
 class TrialFolder {
  public:
   Status Make(fs::path path) {
@@ -161,7 +161,7 @@ class Bench {
       options.link = trial ? (folder_.path() / line.name).string() : line.port;
       return {};
     }
-    const auto at = config::ParseHostPort(std::string_view(line.port).substr(6));  // behind tcp://
+    const auto at = config::ParseHostPort(std::string_view(line.port).substr(6));
     if (trial || !at) {
       options.listen = config::HostPort{"127.0.0.1", 0};
       return {};
@@ -186,7 +186,7 @@ class Bench {
   std::vector<std::unique_ptr<Simulator>> simulators_;
 };
 
-/// Refuses to overwrite a file, unless `--write` has written it.
+/// Refuses to overwrite a file, except a file that `--write` has written before.
 Status CheckTarget(const std::string& file, const std::string& original) {
   std::error_code error;
   if (fs::equivalent(file, original, error)) {

@@ -21,9 +21,9 @@ struct SimulateOptions {
   /// modbus_rtu.
   std::string protocol{};
   std::string address;
-  std::string pty;     ///< path of the symbolic link to the pty
-  std::string serial;  ///< serial settings: "9600 7E1", the twin sends at this bit rate; empty: it
-                       ///< sends without delays
+  std::string pty;  ///< path of the symbolic link to the pty
+  /// Serial settings, "9600 7E1": the twin sends at this bit rate; empty: it sends without delays.
+  std::string serial;
   Duration think_time = 5ms;
   std::vector<std::string> set;  ///< device options, "key=value"
   std::vector<Fault> faults;
@@ -32,9 +32,10 @@ struct SimulateOptions {
 
 struct SimulateConfigOptions {
   std::string file;
-  std::string write;  ///< file to write, with a copy of the configuration that uses the twins'
-                      ///< ports; empty: no copy
-  /// Folder of the twins' ports, with `write`; empty: a folder beside the written file.
+  /// Path of a copy of the configuration in which the lines use the twins' ports; empty: no copy is
+  /// written.
+  std::string write;
+  /// The folder of the twins' ports if `write` is set; empty: a folder beside the written file.
   std::string ports;
   Duration think_time = 5ms;
   std::vector<Fault> faults;
@@ -42,12 +43,12 @@ struct SimulateConfigOptions {
 };
 
 /// Runs until SIGTERM or SIGINT. Without `write`, the twins' ports have the paths in the
-/// configuration. Exit codes: 0 stopped; 3 bad configuration; 4 a port or the file cannot be
-/// written.
+/// configuration. Exit codes: 0 stopped; 3 bad configuration; 4 a port cannot be made, or `write`
+/// names another file or cannot be written.
 int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalog& catalog,
                       std::ostream& out, std::ostream& err);
 
-/// Runs until SIGTERM or SIGINT, then prints the counts of faults and events. Exit codes: 0
+/// Runs until SIGTERM or SIGINT, then prints how often faults and events occurred. Exit codes: 0
 /// stopped; 3 unknown profile, or invalid address or option; 4 no pty can be made.
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// An adapter is a few folders above its port; the folders above that are hubs.
+/// How many folders of /sys are searched, from a port's folder upwards; higher folders are hubs.
 constexpr int kMostLevels = 6;
 constexpr int kMostLinks = 8;
 
@@ -37,8 +37,8 @@ std::string ReadText(const fs::path& file) {
   return Harmless(text);
 }
 
-/// Since Linux 6.5, two devices of serial-base are between a port and its driver: "port" and
-/// "ctrl".
+/// Returns the name of the port's driver. Since Linux 6.5, two devices of serial-base, "port" and
+/// "ctrl", are between a port and its driver.
 std::string DriverOf(fs::path device) {
   for (int level = 0; level < kMostLevels; ++level, device = device.parent_path()) {
     std::error_code error;
@@ -65,7 +65,7 @@ void ReadAdapter(fs::path device, FoundPort& port) {
   port.interface.clear();
 }
 
-/// False if "type" is 0: the board then has an address for the port, but no hardware.
+/// False if the port's `type` is 0: the board has an address for the port, but no hardware.
 bool HasHardware(const fs::path& tty) { return ReadText(tty / "type") != "0"; }
 
 std::optional<FoundPort> Look(const fs::path& tty) {
@@ -80,8 +80,8 @@ std::optional<FoundPort> Look(const fs::path& tty) {
   return port;
 }
 
-/// True for a link by the place of the adapter. If two adapters have the same serial number, links
-/// by serial number are not unique.
+/// True for a link that names the place of the adapter. If two adapters have the same serial
+/// number, only such links are unique.
 bool IsByPlace(const std::string& link) {
   return link.find("/by-path/") != std::string::npos || link.find("/at-") != std::string::npos;
 }
@@ -115,7 +115,7 @@ void MarkTwins(std::vector<FoundPort>& ports) {
   }
 }
 
-/// A sort key by number: ttyS2 comes before ttyS10.
+/// Returns a key that sorts numbers by value: ttyS2 comes before ttyS10.
 auto Order(const FoundPort& port) {
   const std::size_t digits = port.name.find_last_not_of("0123456789") + 1;
   return std::pair(port.name.substr(0, digits),
@@ -230,13 +230,13 @@ constexpr char kNoPorts[] =
     "This machine has no serial port. Plug an adapter in; if none appears, `sudo dmesg | tail` "
     "shows what the kernel reports. Serial servers in the network need no port: "
     "port: tcp://HOST:PORT.\n";
-/// FTDI adapters start with a latency of 16 ms, which is long between two frames.
+/// Recommended latency of an FTDI adapter, in ms. Its default, 16 ms, is long between two frames.
 constexpr int kShortLatency = 1;
 
 struct Row {
   FoundPort port;
   std::vector<std::string> held_by;
-  bool ours = false;  ///< true: the gateway uses the port
+  bool ours = false;  ///< true: the gateway has opened the port
   Json modem;         ///< control lines of a port that the gateway uses; null: unknown
   std::vector<std::string> advice;
 };

@@ -20,18 +20,18 @@ namespace baudgate::tools {
 struct FoundPort {
   std::string name;    ///< "ttyUSB0"
   std::string driver;  ///< driver in the kernel: "ftdi_sio"; empty: unknown
-  /// The following members are set only for a USB adapter. They come from its descriptors.
+  /// The members from `at` to `interface` are set only for a USB adapter.
   std::string at;       ///< place on the USB in the kernel's notation: "1-1.2"
-  std::string vendor;   ///< "0403"
-  std::string product;  ///< "6001"
+  std::string vendor;   ///< vendor id of USB in hex: "0403"
+  std::string product;  ///< product id of USB in hex: "6001"
   std::string maker;
   std::string model;
   std::string serial;
-  std::string interface;  ///< "00"; each port of an adapter has another number
+  std::string interface;  ///< "00"; the number of the port within its adapter
   /// Stable paths of the port, the best first. If two adapters have the same serial number,
   /// contains only paths by the place of the adapter.
   std::vector<std::string> links;
-  bool twin = false;              ///< another adapter has the same serial number
+  bool twin = false;              ///< true: another adapter has the same model and serial number
   std::optional<int> latency_ms;  ///< how long an FTDI adapter delays received bytes
 
   std::string path() const { return "/dev/" + name; }
@@ -70,8 +70,8 @@ std::string HowToMend(const Person& person, const PortFile& file);
 
 struct PortsOptions {
   bool json = false;
-  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
-                       ///< the default places
+  /// Path of the control socket; empty: the only running gateway is used.
+  std::string socket;
 };
 
 /// The parts of the machine that ShowPorts uses; tests replace them.

@@ -77,9 +77,9 @@ int Show(const AskOptions& options, const Exchanged& exchange, const config::Cat
   std::istringstream captured("> " + exchange.sent + "\n" +
                               (exchange.received.empty() ? "" : "< " + exchange.received + "\n"));
   std::ostringstream decoded;
-  std::ostringstream ignored;  // if the bytes cannot be decoded, they are still shown
+  std::ostringstream ignored;  // the bytes are shown even if they cannot be decoded
   if (RunDecode(how, catalog, captured, decoded, ignored) != kExitDone && !how.profile.empty()) {
-    // The profile can be a file on the gateway's machine only: decodes without the profile.
+    // If the profile is a file on the gateway's machine, the bytes are decoded without a profile.
     how.profile.clear();
     captured.clear();
     captured.seekg(0);
@@ -155,8 +155,8 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   return Show(options, exchange, catalog, out);
 }
 
-/// Returns the name of a given option that is valid only for a free port; empty: no such option was
-/// given.
+/// Returns the first given option that is only for a free port, such as "--serial"; empty: there is
+/// no such option.
 std::string OptionOfPort(const AskOptions& options) {
   if (!options.protocol.empty()) return "--protocol";
   if (!options.serial.empty()) return "--serial";

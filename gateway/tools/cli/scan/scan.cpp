@@ -52,8 +52,8 @@ Json ToJson(const scan::Found& found, bool network) {
 
 bool HasUser() { return isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1; }
 
-/// Asks a yes/no question on the terminal. Returns false without a terminal, at Ctrl-C, and at any
-/// answer but yes.
+/// Asks a yes/no question on the terminal. Returns false without a terminal, after Ctrl-C, and
+/// after any answer but yes.
 bool AskUser(const std::string& question, const StopSignals& stop, std::ostream& err) {
   if (!HasUser()) return false;
   err << question << " [y/N] " << std::flush;
@@ -170,8 +170,8 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
     wish.tongues.push_back(scan::TongueOf(**protocol));
     return wish;
   }
-  // Protocols with `never_at` come last: their question would be a write for devices of the
-  // protocol that `never_at` names, so these devices must be found first.
+  // Questions of a protocol with ScanRule::never_at can be writes for devices of the protocol that
+  // never_at names. These devices must be found first, so that they get no such question.
   for (const bool first : {true, false}) {
     for (const auto& [name, protocol] : catalog.protocols) {
       if (protocol->scan == nullptr || protocol->scan->never_at.empty() != first) continue;
@@ -189,7 +189,7 @@ scan::ProfileNames NamesOf(const scan::Wish& wish, const config::Catalog& catalo
   return names;
 }
 
-/// True if the result of the scan can be written; checked before the scan. Asks the user before an
+/// True if the result of the scan can be written. Called before the scan. Asks the user before an
 /// existing file is overwritten.
 bool MayWrite(const ScanOptions& options, const StopSignals& stop, std::ostream& err) {
   if (options.config.empty()) return true;
@@ -245,8 +245,8 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     err << "baudgate: scan: " << target.error() << '\n';
     return kExitUsage;
   }
-  // If the program that reads the output closes it, this process must not end before it has
-  // returned a lent line.
+  // The process must return a lent line before it ends. SIGPIPE would end it at once if the program
+  // that reads the output closes it.
   signal(SIGPIPE, SIG_IGN);
   const StopSignals stop;
   if (!MayWrite(options, stop, err)) return kExitCanNot;
@@ -258,14 +258,14 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
   }
   const std::string port = loan ? loan->port() : PortOf(options.target);
   wish->network = transports::IsTcpPort(port);
-  config::SerialSettings first;  // the scan applies other settings later
+  config::SerialSettings first;  // the scan applies the settings of each protocol later
   first.rs485.enabled = options.rs485;
   auto wire = PortWire::Open(port, first, stop);
   if (!wire) {
     err << "baudgate: " << wire.error() << '\n';
     return kExitCanNot;
   }
-  // A reply to the gateway's last request may still come.
+  // A device may still reply to the gateway's last request.
   if (loan) (*wire)->Listen(kLastAnswer);
   const auto alive = [&loan] {
     if (loan) loan->Renew(ReadClocks().instant);

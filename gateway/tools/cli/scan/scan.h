@@ -16,7 +16,7 @@
 namespace baudgate::tools {
 
 struct ScanOptions {
-  std::string target;    ///< a port, or a line of the running gateway
+  std::string target;    ///< path of a port, tcp://HOST:PORT, or a line of the running gateway
   std::string protocol;  ///< empty: all protocols that support a scan
   std::optional<scan::Addresses> addresses;
   bool quick = false;
@@ -24,14 +24,15 @@ struct ScanOptions {
   bool over_traffic = false;
   bool rs485 = false;
   std::string config;  ///< configuration file to write; empty: no file is written
-  bool force = false;  ///< true: overwrite `config` if it exists
-  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
-                       ///< the default places
+  bool force = false;
+  /// Path of the control socket; empty: the only running gateway is used.
+  std::string socket;
   std::size_t width = 0;
 };
 
-/// Exit codes: 0 the scan has ended, with or without devices; 2 invalid word; 4 the port cannot be
-/// opened or is lost, or another master sends on it.
+/// Exit codes: 0 the scan has ended, with or without devices; 2 invalid target or protocol; 3 the
+/// written configuration has errors; 4 the port fails, another master sends, or no `config` is
+/// written.
 int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 
@@ -39,7 +40,8 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
 // send on a line with traffic, and the found devices as a table or JSON lines.
 class ScanView final : public scan::Watcher {
  public:
-  /// All references must outlive this object. `alive` is called repeatedly while the scan runs.
+  /// All references must outlive this object. `alive` is called repeatedly, to renew the loan of a
+  /// line.
   ScanView(const ScanOptions& options, bool network, const StopSignals& stop,
            std::function<void()> alive, std::ostream& out, std::ostream& err);
 

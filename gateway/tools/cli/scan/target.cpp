@@ -63,16 +63,16 @@ void LineLoan::Renew(Instant now) {
 
 namespace {
 
-/// A port or server that does not open within this time is an error.
+/// How long a port or server may take to open.
 constexpr Duration kOpening = 10s;
-/// If bytes were received, the line must be silent for kQuiet before a request, but no longer than
-/// kMostQuiet is waited for that.
+/// Before a request, the line must be silent for kQuiet after the last received byte. The request
+/// is sent after kMostQuiet even if the line is not silent.
 constexpr Duration kQuiet = 25ms;
 constexpr Duration kMostQuiet = 1s;
 /// A reply that takes longer than this, or has more than kMostBytes, is cut off.
 constexpr Duration kMostReply = 5s;
 constexpr std::size_t kMostBytes = 8192;
-/// Between two bytes from a serial server, a pause of this length can occur.
+/// A serial server can pause for this time between two bytes of a reply.
 constexpr Duration kNetworkGap = 100ms;
 
 }  // namespace

@@ -29,7 +29,7 @@ Status CheckTarget(const std::string& target);
 class LineLoan {
  public:
   /// Borrows the port of a line. Null: this has failed, `code` is the exit code, and the reason was
-  /// printed on `err`. `socket` as in ReleaseOptions.
+  /// printed on `err`. `socket`: see ControlClient::Connect.
   static std::unique_ptr<LineLoan> Take(const std::string& line, const std::string& socket,
                                         std::ostream& err, int& code);
   ~LineLoan();
@@ -53,8 +53,7 @@ class LineLoan {
 // `PortWire` is the wire of a scan over a real port: it sends and receives through a transport.
 class PortWire final : public scan::Wire, private transports::TransportListener {
  public:
-  /// Opens the port. The error contains the reason why the port cannot be opened. `stop` must
-  /// outlive the wire.
+  /// `stop` must outlive the wire.
   static Result<std::unique_ptr<PortWire>> Open(const std::string& port,
                                                 const config::SerialSettings& serial,
                                                 const StopSignals& stop);

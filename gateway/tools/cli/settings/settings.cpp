@@ -23,15 +23,15 @@ namespace {
 
 using Json = tools::ControlClient::Json;
 
-/// The exit code when file or device are not as required, or when they differ.
+/// Exit code if settings differ or are unknown, or if the file is bad or does not fit the device.
 constexpr int kDiffers = 3;
 
-/// The time to wait for an answer. It is longer than the deadline of any write, so that the
+/// How long to wait for an answer. This is longer than the deadline of any write, so that the
 /// gateway's result arrives first.
 constexpr Duration kWaitForAnswer = 60s;
 
-/// Reads the file and the device's settings, and checks that both belong together. Returns the exit
-/// code; 0: both belong together.
+/// Reads the settings from the file and from the device, and checks that the file fits the device.
+/// Returns the exit code; 0: it fits.
 int ReadBoth(const tools::SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
   auto sheet = ReadSheet(options.file);
   if (!sheet) {
@@ -204,7 +204,7 @@ using namespace settings;  // NOLINT
 constexpr Duration kLookAgain = 200ms;
 
 using Plan = std::vector<Difference>;
-/// For each point that is not allowed to be written, the reason.
+/// Key: a point that the gateway does not allow to be written; value: the reason.
 using Denials = std::map<std::string, std::string>;
 
 /// Returns the settings to write: those that differ and are writable. Fails if such a setting is a
@@ -242,7 +242,7 @@ class Restore {
   Restore(const SettingsOptions& options, const Sheet& now, std::ostream& out, std::ostream& err)
       : options_(options), now_(now), out_(out), err_(err) {}
 
-  /// Writes the rows. Stops at the first row that is not confirmed, and at a signal.
+  /// Writes the settings in order. Stops at a signal and at the first write that is not confirmed.
   void WriteAll(const Plan& plan, PointWriter& writer) {
     const StopSignals signals;
     auto row = plan.begin();
@@ -283,8 +283,8 @@ class Restore {
     return true;
   }
 
-  /// Waits until the written rows were read back from the device, and reports rows whose value is
-  /// not the written one.
+  /// Waits, at most `patience`, until the gateway has read the written settings back. Reports each
+  /// setting whose value is not the written one.
   void ReadBack(const StopSignals& signals) {
     if (written_.empty()) return;
     const Instant until = ReadClocks().instant + options_.patience;
@@ -301,7 +301,6 @@ class Restore {
     for (const Written& one : written_) TellShown(one, Shown(shown, one.row));
   }
 
-  /// Returns the device's present value of a setting; null: the value is unknown.
   static const Setting* Shown(const Sheet& shown, const Difference& row) {
     const Setting* const here = shown.Find(row.filed->point);
     return here != nullptr && here->known ? here : nullptr;
@@ -332,7 +331,7 @@ class Restore {
   std::ostream& err_;
   std::vector<Written> written_;
   bool stopped_ = false;
-  bool hurried_ = false;  // a signal came, so nothing is waited for
+  bool hurried_ = false;  // true: a signal came, so ReadBack does not wait
   bool good_ = true;
 };
 

@@ -14,12 +14,12 @@
 
 namespace baudgate::settings {
 
-// The result of a write. The gateway checks the write like all others: permission, limits, queue,
-// audit.
+// The result of a write. The gateway treats it like the writes of all clients: permission, limits,
+// queue, audit.
 struct WriteReport {
-  std::string end;         ///< name of the WriteEnd: "ok", "refused", …; "unknown": no answer
-  std::string reason;      ///< why the write failed, as one sentence; empty: the write succeeded
-  bool read_back = false;  ///< true: the written value was read back from the device
+  std::string end;     ///< name of the WriteEnd: "ok", "refused", …; "unknown": no answer
+  std::string reason;  ///< why the write failed, as one sentence; empty: the write succeeded
+  bool read_back = false;
 
   bool done() const { return end == "ok"; }
 };
@@ -27,14 +27,14 @@ struct WriteReport {
 class PointWriter {
  public:
   virtual ~PointWriter() = default;
-  /// Writes a value. `point`: LINE.DEVICE.POINT. `value`: in the point's unit.
+  /// `point`: LINE.DEVICE.POINT. `value`: in the point's unit.
   virtual WriteReport Write(const std::string& point, const std::string& value) = 0;
   /// Returns why the write would be denied now; empty: the write would be allowed. Does not write.
   virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;
 };
 
-/// `SocketWriter` writes through the control socket at `path`; empty: the gateway in the default
-/// places.
+/// `SocketWriter` writes through the control socket at `path`; empty: the only running gateway is
+/// used.
 class SocketWriter final : public PointWriter {
  public:
   explicit SocketWriter(std::string path) : path_(std::move(path)) {}
@@ -51,10 +51,10 @@ namespace baudgate::tools {
 
 struct SettingsOptions {
   std::string target;  ///< LINE.DEVICE
-  std::string file;    ///< empty, for dump: standard output
+  std::string file;    ///< path of the file; empty, for dump: standard output
   bool json = false;
   bool confirm = false;  ///< for restore; false: nothing is written
-  std::string socket;    ///< empty: the only gateway that answers in the default places
+  std::string socket;    ///< path of the control socket; empty: the only running gateway is used
   /// For restore: how long to wait until the written values were read back.
   Duration patience = std::chrono::seconds(10);
 };
@@ -73,7 +73,7 @@ namespace baudgate::settings {
 
 std::string Count(std::size_t count);
 
-/// Prints the differences. `denied`: writable points that the gateway does not allow to be written.
+/// `denied`: writable points that the gateway does not allow to be written.
 void PrintTable(const std::vector<Difference>& differences, const std::set<std::string>& denied,
                 std::ostream& out);
 

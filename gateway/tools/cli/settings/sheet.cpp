@@ -136,7 +136,7 @@ Setting ReadSetting(const config::YamlNode& node, config::Problems& problems) {
   config::Assign(setting.unit, map.Label("unit"));
   if (const auto scale = map.Number("scale")) setting.scale = scale->ToDouble();
   config::Assign(setting.quality, map.Label("quality"));
-  map.Label("age");  // read and ignored: it is only for people
+  map.Label("age");  // only people read the age
   setting.known = setting.value && setting.quality.empty();
   map.Finish();
   return setting;
@@ -196,7 +196,6 @@ bool IsNear(double a, double b) {
   return std::abs(a - b) <= kSame * std::max(std::abs(a), std::abs(b));
 }
 
-/// Returns the unit. Example: "A", or "A (400 times the value of the device)".
 std::string UnitOf(const Setting& setting) {
   const std::string unit = setting.unit.empty() ? "no unit" : setting.unit;
   if (setting.scale == 1) return unit;
@@ -257,7 +256,7 @@ Comparison Compare(const Sheet& file, const Sheet& now) {
   Comparison comparison;
   for (const Setting& filed : file.settings) {
     const Setting* const here = now.Find(filed.point);
-    if (here == nullptr) continue;  // CheckFit has reported this
+    if (here == nullptr) continue;  // CheckFit reports this setting
     if (!filed.known) {
       comparison.open.push_back(filed.point + " (" + filed.item +
                                 ") was not known when the file was written");

@@ -18,8 +18,8 @@ struct Setting {
   /// The value in the point's unit; empty: unknown.
   std::optional<std::string> value;
   std::string unit;
-  double scale = 1;     ///< `value` divided by the device's raw number, with `ratios`
-  bool known = false;   ///< true: `value` is the device's present value, not an older one
+  double scale = 1;    ///< `value` divided by the device's number; includes the configured `ratios`
+  bool known = false;  ///< true: `value` is the device's present value, not an older one
   std::string quality;  ///< "good", "uncertain: last usable", …
   std::optional<Duration> age;
   // The following members are not stored in files.
@@ -34,7 +34,7 @@ struct Sheet {
   std::string device;
   std::string protocol;
   std::string profile;
-  std::string designation;  ///< the device's designation; empty: unknown
+  std::string designation;  ///< the type that the device reports, "SPAJ 140 C"; empty: unknown
   std::string time;         ///< when the sheet was read; ISO 8601, UTC
   std::vector<Setting> settings;
   config::Mark mark;
@@ -64,7 +64,7 @@ struct Difference {
 
 struct Comparison {
   std::vector<Difference> different;  ///< in the order of the file
-  /// One sentence for each setting that one side lacks, or whose value is unknown on one side.
+  /// One sentence for each setting that is missing or unknown in the file or in the device.
   std::vector<std::string> open;
   /// How many of the `open` settings have a value in the file, but no known value in the device.
   std::size_t unread = 0;
@@ -76,7 +76,7 @@ struct Comparison {
 /// file.
 Status CheckFit(const Sheet& file, const Sheet& now);
 
-/// Compares two sheets. Both must outlive the result.
+/// The sheets must outlive the result.
 Comparison Compare(const Sheet& file, const Sheet& now);
 
 /// True if two values are equal: whole numbers exactly, other numbers within the precision of a
