@@ -124,8 +124,7 @@ bool HasTotals(const config::Device& device) {
 config::RawNumbers RawNumbersOf(const config::Device& device, const Point& point) {
   const auto read = ParseRead(point.read);
   const Settings settings = ReadSettings(device.options);
-  // With a full scale, hex words are converted to decimal numbers of any size, so there is no
-  // limit.
+  // With the option full_scale, hex words become decimal numbers of any size, so there is no range.
   if (!read || settings.full_scale != 0) return {};
   return NumbersOf(*read, settings.hex_unsigned);
 }
