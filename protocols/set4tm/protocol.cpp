@@ -127,8 +127,8 @@ std::vector<ConfigRemark> DoubtsOfRatios(const config::Device& device) {
   return doubts;
 }
 
-/// Returns warnings: points that are scaled twice, a latch without latched points, and events
-/// without a time zone.
+/// Returns warnings: points that have a scale although a ratio multiplies them already, a latch
+/// without latched points, and events without a time zone.
 std::vector<ConfigRemark> Doubts(const config::Device& device) {
   std::vector<ConfigRemark> doubts = DoubtsOfRatios(device);
   const Settings settings = ReadSettings(device.options);

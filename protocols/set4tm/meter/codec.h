@@ -88,8 +88,8 @@ struct RequestLength {
   /// True: the reference defines min and max; false: they are only limits of this program.
   bool known = false;
 };
-/// Returns the length of a request by the first bytes of its PDU. Empty: the second byte decides,
-/// but is missing.
+/// Returns the length of a request by the first bytes of its PDU. Empty: the first bytes of `pdu`
+/// are not enough.
 std::optional<RequestLength> LengthOfRequest(View pdu);
 
 /// True if a meter answers the request with a status byte and never with data: link test, channel,

@@ -16,8 +16,8 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The functions below define the bits of float parameters in the mask of 08 23 (reference, 9.8), by
-// which one exchange reads many values. The planner, the decoder and the twin use them.
+// MaskBit and the functions below it define by which bits the mask of 08 23 (reference, 9.8)
+// selects float parameters, so that one exchange reads many values.
 
 /// The maximum number of floats in a masked read: 1 + 23 * 4 data bytes fill a frame of 96 bytes.
 inline constexpr std::size_t kMostMaskedFloats = 23;
@@ -27,8 +27,8 @@ inline constexpr std::size_t kMostMaskedFloats = 23;
 /// is the sum, or repeats phase 1.
 std::optional<std::uint8_t> ParameterAt(View pdu, std::size_t offset);
 
-/// Returns the mask bit of a parameter (0: the lowest bit of the last byte), or nothing if it has
-/// none.
+/// Returns the bit of a parameter in the mask (0: the lowest bit of m8, the last byte), or nothing
+/// if it has none.
 std::optional<unsigned> MaskBit(std::uint8_t parameter);
 std::optional<std::uint8_t> MaskedParameter(unsigned bit);
 
@@ -38,8 +38,8 @@ Bytes MaskRequest(std::uint8_t id, const std::vector<unsigned>& bits);
 /// Returns the bits in the PDU of a masked read. The values in the reply have the same order.
 std::vector<unsigned> MaskBits(View pdu);
 
-// The functions below replace float values by integer fields, for meters without floats: SET-4TM.02
-// and older (reference, 9.5 to 9.7). The plan, the twin and `baudgate decode` use them.
+// IntegerDecoder and AsInteger replace float values by integer fields, for meters without floats:
+// SET-4TM.02 and older (reference, 9.5 to 9.7).
 //
 //   08 1B 02 10 float_le@4  →  08 16 10 voltage_be@3     voltage of phase 1, in a group of four
 //   08 1B 00 40 float_le@0  →  08 11 40 hundredths_be@0  frequency, single
@@ -58,8 +58,8 @@ struct Match {
   Field field;
 };
 
-/// A plan of the requests to a meter; its keys are PDUs. For masked reads the key is 08 23, and the
-/// places are mask bits.
+/// A plan of the requests to a meter: which points share a request. The key of a request is its
+/// PDU. All masked reads have the key 08 23, and the place of a point in them is its mask bit.
 using PduPlan = QueryPlan<Bytes>;
 
 class PointFields {
