@@ -129,7 +129,7 @@ class WriteJob {
 
   const config::Device& device_;
   const Places& places_;
-  std::map<std::string, std::uint64_t> words_;  ///< by command: the word it returned last
+  std::map<std::string, std::uint64_t> words_;
   std::optional<Certain> certain_;
   /// True: the module does not accept the command for several outputs, so outputs are written one
   /// by one.

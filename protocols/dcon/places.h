@@ -100,7 +100,6 @@ std::size_t Together(const GroupedOutputs& outputs, std::span<const PointValue> 
 
 std::uint8_t AllOutputs(const GroupedOutputs& outputs, const Task& task, std::uint64_t word);
 
-/// Returns the states of the group's outputs in `word`, one bit each.
 std::uint8_t OutputsIn(const OutputGroup& group, std::uint64_t word);
 
 /// The parsed addresses of all points. The vectors `reads`, `writes` and `outputs` are indexed by

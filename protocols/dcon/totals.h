@@ -34,8 +34,7 @@ class Totals {
  public:
   static constexpr Duration kBetweenNotes = 1min;
 
-  /// `reads` is indexed by point. `settings` and `reads` must stay valid for the lifetime of this
-  /// object.
+  /// `reads` is indexed by point. `settings` and `reads` must outlive this object.
   Totals(const Settings& settings, const Probing::Reads& reads);
 
   bool empty() const { return counters_.empty(); }

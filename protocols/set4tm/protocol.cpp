@@ -23,8 +23,6 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return FormatAddress(*parsed);
 }
 
-/// Checks that the device has the options and points for the correction of its clock by the
-/// gateway.
 Status CheckClockCare(const config::Device& device, const Settings& settings) {
   constexpr Duration kLeast = 2s;
   constexpr Duration kMost = 120s;

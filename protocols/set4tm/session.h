@@ -66,7 +66,6 @@ class MeterMemory {
 
   const std::uint8_t mark_;  // see MarkOf
   std::optional<std::uint32_t> serial_;
-  // Times of the latest refusals of the password, at most kMostTries.
   std::vector<Instant> refused_;
   std::optional<Now> clock_;  // empty: Recall was not called, so nothing is stored
   std::string text_;
@@ -102,7 +101,6 @@ class MeterSession {
     doubted_.reset();
     doubts_ = 0;
   }
-  /// Call it if a request was not answered. `opens`: true if the request was to open the channel.
   void OnFailure(bool opens, Outcome outcome, Instant now);
   void OnReconnect();
   /// Accepts the connected meter as the expected one and lets the password be tried again.

@@ -36,11 +36,8 @@ std::vector<ConfigRemark> DoubtsOf(const config::Device& device);
 
 std::span<const DecoderSpec> DecoderTable();
 
-// DecodeValue, GuessValue, EncodeValue and PrintValue convert between values and their text on the
-// SPA Bus.
-
-/// Decodes a text by the point's type. A text of another type gives no number: an empty text is a
-/// sensor failure, any other means that the profile is wrong.
+/// Decodes a text by the point's type. For a point with a number, an empty text is a sensor
+/// failure, and any other text that is no number of this type means that the profile is wrong.
 Decoded DecodeValue(std::string_view text, const config::Point& point);
 
 /// Decodes a text that belongs to no point: to a number if it is one, else to a text.

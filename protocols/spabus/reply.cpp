@@ -74,7 +74,6 @@ namespace {
 
 constexpr std::string_view kLineBreak = "&\r\n";
 
-/// Returns the frame without its line end (CR or CR LF).
 std::string_view Body(View frame) {
   std::string_view text = AsText(frame);
   if (!text.empty() && text.back() == '\n') text.remove_suffix(1);

@@ -23,8 +23,8 @@ enum class Continuation : std::uint8_t { learned, all, no_line_ends, characters,
 
 struct Settings {
   std::size_t max_items = 8;
-  std::size_t write_items = 1;  ///< maximum number of items in one write
-  std::int64_t password = 0;    ///< password of the device; 0: the device needs none
+  std::size_t write_items = 1;
+  std::int64_t password = 0;  ///< password of the device; 0: the device needs none
   bool send_wildcard = false;
   bool accept_wildcard = true;
   bool line_feed_in_checksum = false;

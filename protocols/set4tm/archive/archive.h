@@ -1,6 +1,6 @@
-// MeterArchive reads the records that a meter stores: journals, which become events, and load
-// profiles (LoadSession) and billing readings (BillingSession), which are read in the background.
-// It runs these three jobs and joins their stored states in one text (KeptTexts).
+// MeterArchive reads the records that a meter stores. Journals become events (JournalSession). Load
+// profiles (LoadSession) and billing readings (BillingSession) are read in the background. The
+// stored states of these three jobs are joined in one text (KeptTexts).
 #pragma once
 
 #include <array>
@@ -46,7 +46,7 @@ class LoadSession final : public BackgroundJob {
     LoadReader reader;
     Instant due{};
     bool refused = false;
-    std::string kept{};  // text of the place (LoadPlace) that is stored on the disk
+    std::string kept{};  // text of the place (LoadPlace::Text) that is stored on the disk
   };
 
   std::optional<Instant> NextDue() const override;

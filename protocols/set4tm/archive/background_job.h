@@ -53,7 +53,6 @@ class KeptMeter {
   /// belong to another meter.
   bool OnMeter(std::uint32_t serial);
 
-  /// Returns the serial number of the meter that answers; 0: the number is unknown.
   std::uint32_t serial() const { return serial_.value_or(0); }
   /// True if the stored parts may belong to another meter, because the number of the meter that
   /// answers is not known yet.

@@ -117,7 +117,7 @@ class JournalSession {
   void ForgetRefusals();
 
  private:
-  using Records = std::vector<Bytes>;  // index: place in the journal
+  using Records = std::vector<Bytes>;
 
   struct State {
     const Journal* journal = nullptr;

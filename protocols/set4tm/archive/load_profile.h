@@ -164,7 +164,7 @@ class LoadReader {
   void OnKept(std::optional<LoadPlace> place, bool another);
   /// Call it if another meter may be connected, or the interval may have changed.
   void OnReconnect();
-  /// Cancels the reading under way. The next reading starts with the pointer.
+  /// Cancels the reading under way. The next reading starts with the pointer (Step::pointer).
   void BreakOff();
 
   Step step() const;

@@ -81,7 +81,6 @@ struct Parts {
 /// wrong.
 std::optional<Parts> SplitFrame(View frame, Checksum checksum = Checksum::crc);
 
-/// The range of lengths that a request's PDU can have.
 struct RequestLength {
   std::size_t min = 1;
   std::size_t max = 93;

@@ -42,7 +42,7 @@ class LineLatch {
   WallTime sent_at() const { return base_.wall; }
 
  private:
-  std::optional<Now> clock_;  // time of this machine in the latest call of OnClock
+  std::optional<Now> clock_;
   Now base_{};  // time of the latest broadcast; before the first broadcast: of the first OnClock
   unsigned number_ = 0;
 };
@@ -106,7 +106,6 @@ class LatchedReads {
   /// Returns when the broadcast or the question for the latch time is due. Empty: neither is ever
   /// due.
   std::optional<Instant> DueAt() const;
-  /// True if broadcasts are sent and the meter has not refused to report its latch time.
   bool tells() const { return period_ != Duration::zero() && !meter_.refused(); }
   /// True if the meter must be asked for its latch time before the next latched value is read.
   bool WantsTime() const { return tells() && meter_.WantsTime(line_.number()); }

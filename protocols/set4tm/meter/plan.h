@@ -52,7 +52,6 @@ Decoder IntegerDecoder(std::uint8_t parameter);
 /// `field` is not such a float.
 std::optional<Field> AsInteger(const Field& field);
 
-/// A point whose value is in a reply, and the place of the value.
 struct Match {
   std::size_t point = kNoPoint;
   Field field;
@@ -79,7 +78,6 @@ class PointFields {
   PduPlan MakePlan(bool masked, Often is_often = IsFast) const;
   /// Returns the PDU of a query in `plan`. The id byte of a masked read is 0 there.
   Bytes PduOf(const PduPlan& plan, std::size_t query) const;
-  /// Returns all points whose value is in the reply to `pdu`, each with the place of the value.
   std::vector<Match> Matches(View pdu) const;
 
  private:
@@ -90,9 +88,9 @@ class PointFields {
   void Index();
 
   std::span<const config::Point> points_;
-  std::vector<std::optional<Field>> fields_;  // index: point
+  std::vector<std::optional<Field>> fields_;
   std::multimap<Bytes, std::size_t> by_pdu_;
-  std::multimap<unsigned, std::size_t> by_bit_;  // key: mask bit
+  std::multimap<unsigned, std::size_t> by_bit_;
 };
 
 }  // namespace baudgate::protocols::set4tm

@@ -175,8 +175,6 @@ void AddPointer(Printed& printed) {
   printed.Add(Decoder::u16_be, 5);
 }
 
-/// Adds the values of a masked read. The label of each is the `read` text of a point for this
-/// value.
 void AddMasked(Printed& printed, View pdu) {
   constexpr unsigned kTimeBit = 63;
   std::size_t at = 1;

@@ -60,7 +60,6 @@ inline bool IsJournal(View pdu) {
 
 inline bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
-/// Returns an answer without readings that lets the task continue.
 inline Answer AskAgain() {
   Answer answer;
   answer.then = Then::ask_again;

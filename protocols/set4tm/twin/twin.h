@@ -34,7 +34,6 @@ class TwinAddress {
   bool Hears(View address) const;
   /// True if `address` is the common address 0 and the meter's own short address is another.
   bool IsCommon(View address) const;
-  /// Returns the address that the reply to a request to `address` must have.
   View ReplyTo(View address) const;
   void ReplyAs(Bytes address) { reply_as_ = std::move(address); }
 
@@ -55,7 +54,6 @@ class TwinClock {
   explicit TwinClock(const CivilZone& zone) : zone_(zone) {}
 
   void Set(Now now) { set_ = now; }
-  /// Returns the meter's time. Empty: the clock was never set.
   std::optional<CivilZone::Utc> At(Instant now) const;
   /// Corrects the clock and returns the status. Access level 1 allows one correction a day, by at
   /// most two minutes, and only within the present hour.

@@ -55,7 +55,6 @@ class TwinLoad {
   /// From the next hour on, the header of an hour is written only together with its first slice.
   /// Before that the pointer names the place after the last record.
   void WriteHeadersLate() { late_ = true; }
-  /// Writes the records of all slices that have ended before `now`.
   void Advance(Utc now);
   /// Simulates a power failure while the clock runs on. Whole hours without power are missing from
   /// the memory; other slices without power are incomplete.
