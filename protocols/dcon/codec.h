@@ -1,5 +1,6 @@
-// Builds and parses whole DCON frames: delimiter, address, text, checksum, CR. rules.h cuts frames
-// out of received bytes, decode.h reads parsed replies.
+// Builds and parses whole DCON frames: delimiter, address, text, checksum, CR.
+// protocols/dcon/rules.h cuts frames out of received bytes, protocols/dcon/decode.h reads parsed
+// replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,6 @@
 // DconConversation plans the requests of one DCON module and turns the replies into readings. One
 // request serves all points that its command reads. The module is identified before it is polled
-// (identification.h). Requests, ReplyReader and WriteJob handle single exchanges; Sampling and
+// (Identification). Requests, ReplyReader and WriteJob handle single exchanges; Sampling and
 // DconBus handle broadcasts to all modules of a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -89,7 +89,7 @@ class ReplyReader {
 };
 
 // WriteJob builds the commands that write points of one module, and judges the replies. If a write
-// changes several outputs of a group (OutputGroup in places.h), one command sets all outputs of the
+// changes several outputs of a group (OutputGroup), one command sets all outputs of the
 // group, so their states are read directly before:
 //
 //   relay_1 on, relay_3 off:   Next  $6       Take  !000900     before: relays 3 and 0 are on

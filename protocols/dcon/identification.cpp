@@ -516,8 +516,8 @@ bool Questions::ForgetAnew() { return std::exchange(anew_, std::nullopt).has_val
 
 /// Decides whether the question for an input's type follows the read of a task. The read goes
 /// first, because the gateway makes sure only before the first request of a task that no late reply
-/// can be taken for its reply. The reply to the question contains the module's address, so it is
-/// safe.
+/// can be taken for its reply. The reply to the question contains the module's address, so it may
+/// come second.
 Then Questions::AfterRead(std::string_view command, Instant now) {
   anew_.reset();
   if (count_ < kMostQuestions) anew_ = identification_.NextAnew(command, now);

@@ -1,5 +1,6 @@
 // Parses the `read` and `write` texts of points: which commands the gateway may send, the form of
-// their replies, and whether a command may be repeated (README.md, "Reading" and "Writing").
+// their replies, and whether a command may be repeated (protocols/dcon/README.md, "Reading" and
+// "Writing").
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,7 +39,7 @@ struct ReadAddress {
   Select select = Select::whole;
   unsigned index = 0;  ///< number of the selected value or bit; for Select::bits the lowest bit
   unsigned count = 1;  ///< number of bits for Select::bits
-  /// True: the point reads the total of a counter (Totals in totals.h), not its count.
+  /// True: the point reads the total of a counter (Totals), not its count.
   bool total = false;
 };
 
@@ -86,7 +87,7 @@ std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view co
 config::RawNumbers NumbersOf(const ReadAddress& read, bool hex_unsigned);
 
 /// True if `command` can change the value that `point` reads. Read commands change nothing. An
-/// output command changes only its own outputs (IsOutputOf in points.cpp). Only $ and % commands
+/// output command changes only its own outputs (IsOutputOf). Only $ and % commands
 /// change counters, decimals and texts. No command changes measured numbers.
 bool Changes(std::string_view command, const config::Point& point);
 

@@ -10,7 +10,7 @@
 //   >00000005        4294967312     the counter was cleared: the total counts on from here
 //   >00000900        4294967312     after $015 → !011 (the module was restarted): as after a clear
 //
-// README.md, "Totals", lists the cases that cannot be distinguished.
+// protocols/dcon/README.md, "Totals", lists the cases that cannot be distinguished.
 #pragma once
 
 #include <cstdint>

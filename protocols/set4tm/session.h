@@ -28,8 +28,8 @@ namespace baudgate::protocols::set4tm {
 //
 //   serial 12345678; password 5A refused 1790000000 1790003600      (times in Unix seconds)
 //
-// 5A is the mark of the password (MarkOf in session.cpp). A new password almost always has another
-// mark, and is then tried at once. The mark does not reveal the password.
+// 5A is the mark of the password (MarkOf in protocols/set4tm/session.cpp). A new password almost
+// always has another mark, and is then tried at once. The mark does not reveal the password.
 class MeterMemory {
  public:
   /// Time from the first refusal of the password to the second and last try.

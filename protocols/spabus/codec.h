@@ -1,5 +1,5 @@
 // Encodes requests of the SPA Bus as text and decodes them: addresses of items, and frames. Wire
-// format: README.md.
+// format: protocols/spabus/README.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // Parses and prints events in the form of a relay: "12.345 0E1/12.410 0E3". The form is inferred in
-// part (README.md), so text that does not fit is stored as text and never dropped.
+// part (protocols/spabus/README.md), so text that does not fit is stored as text and never dropped.
 //
 //   "12.345 0E1"       {channel 0, code 1, 12.345 s of a minute}
 //   "12.345 2E17 0.5"  {channel 2, code 17, …, "0.5"}

@@ -21,7 +21,7 @@ struct ReadPoint {
   Address address;
   std::size_t index = 0;
   const config::Point* point = nullptr;
-  /// True: the point is the clock offset of the relay (clock.h); its address is T.
+  /// True: the point is the clock offset of the relay (ClockOffset); its address is T.
   bool offset = false;
 };
 std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points);

@@ -21,8 +21,8 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return std::to_string(*slave);
 }
 
-/// The times of the bus. They are those of known masters (README.md names the sources), because the
-/// chapter of the specification is not public.
+/// The times of the bus. They are those of known masters (protocols/spabus/README.md names the
+/// sources), because the chapter of the specification is not public.
 constexpr TimingRule kTiming = {
     .quiet = {.least = 5ms, .characters = 5},
     .reply = {.least = 500ms},

@@ -19,7 +19,7 @@ namespace baudgate::protocols::spabus {
 Expectation Expect(View request, const Settings& settings);
 
 /// Cuts replies, `<` … CR [LF], that have right syntax and a checksum that is right under
-/// expect.checksum (reply.h). The LF before `<` and echoes of requests are dropped and not counted
+/// expect.checksum (kCovers…). The LF before `<` and echoes of requests are dropped and not counted
 /// as damage.
 Cut ReplyRule(View held, const Expectation& expect, bool idle);
 

@@ -17,7 +17,7 @@ namespace baudgate::protocols::spabus {
 /// The items of the password: V160 opens the password, V161 closes or changes it.
 inline constexpr Range kPasswordItems{160, 161};
 
-/// The part of a reply in several lines that its checksum covers (reply.h). The enumerators are in
+/// The part of a reply in several lines that its checksum covers (kCovers…). The enumerators are in
 /// the order of the words in the option table.
 enum class Continuation : std::uint8_t { learned, all, no_line_ends, characters, last_line };
 

@@ -137,7 +137,8 @@ class BillingSession final : public BackgroundJob {
   const CivilZone zone_;
   const std::size_t tariffs_;
   std::vector<Period> periods_;
-  std::optional<Day> today_;  // the meter's date before the registers were read
+  // The meter's date before the registers are read; empty: not asked yet.
+  std::optional<Day> today_;
   std::optional<Pass> pass_;
   Instant due_{};
 };

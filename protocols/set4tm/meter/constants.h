@@ -1,5 +1,6 @@
 // The constants that convert the counts of a SET-4TM to physical values. They come from its build
-// variant (08 12) and its transformer ratios (08 02). The decoders of points.h use the factors.
+// variant (08 12) and its transformer ratios (08 02). DecodeField (protocols/set4tm/meter/values.h)
+// uses the factors.
 #pragma once
 
 #include <optional>
