@@ -185,8 +185,7 @@ class Sampling {
   std::optional<std::string> WhyNot(bool first);
   void OnReconnect() { fetched_.reset(); }
 
-  /// True if at each of the last three replies `#**` had been sent more than once since the reply
-  /// before, because other modules are sampled more often than this module.
+  /// True if before each of the last three replies `#**` was sent more than once.
   bool IsOvertaken() const { return overtaken_ >= kOftenOvertaken; }
 
  private:

@@ -79,8 +79,7 @@ class ChannelTypes {
   void Forget();
 
   /// Returns the factor from the input's unit to the point's unit; 1 if the type of the input is
-  /// unknown, or if the type is not to be checked (Identity::ignore). Empty: the input measures
-  /// another quantity.
+  /// unknown, or Identity::ignore is set. Empty: the input measures another quantity.
   std::optional<double> FactorOf(std::size_t point) const;
   /// Lists the points whose unit does not fit their input, for the inputs in the mask `enabled`.
   std::string Remark(std::uint32_t enabled) const;

@@ -152,8 +152,8 @@ bool ParseSelector(std::string_view text, ReadAddress& address) {
   return true;
 }
 
-/// Returns the error for a command that is dangerous on some modules unless the point names the
-/// form of the reply (ReadRule::forms). The error names the danger and the missing word.
+/// Returns the error for a command that is dangerous unless a word of ReadRule::forms follows it:
+/// the danger, and the word to add.
 std::string NeedsWord(std::string_view command) {
   const std::string own(command);
   if (command.starts_with("$4")) {

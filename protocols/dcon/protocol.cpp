@@ -129,7 +129,6 @@ config::RawNumbers RawNumbersOf(const config::Device& device, const Point& point
   return NumbersOf(*read, settings.hex_unsigned);
 }
 
-/// Broadcasts change no points.
 std::optional<std::vector<std::size_t>> ChangedPoints(View request, const config::Device& device) {
   const auto command = ParseRequest(request, ReadSettings(device.options).checksum);
   const auto address = ParseAddress(device.address);

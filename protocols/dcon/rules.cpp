@@ -16,8 +16,8 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-/// Returns the lead characters and lengths that a reply to `command` can have: those of the good
-/// reply, and those of the refusal `?`, which any command can get.
+/// Returns the lead characters and lengths of the possible replies to `command`: the good reply,
+/// and the refusal `?`, which any command can get.
 std::vector<Shape> Shapes(const Command& command, bool checksum) {
   // Length of the parts around the data: lead character, CR, and the checksum if it is on.
   const std::size_t extra = checksum ? 4 : 2;

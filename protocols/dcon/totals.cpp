@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint64_t kModulusOfDecimal = 65536;
 constexpr int kUnansweredTotals = 2;
-// Added to the time between two readings of a counter, because the times of readings are inexact.
+// Added to the time between two readings, because the times of readings are inexact.
 constexpr Duration kSlack = 2s;
 
 /// If a count has decreased, the counter has rolled over or was cleared. It has rolled over if the

@@ -90,8 +90,8 @@ class MeterRequests {
  private:
   Request Make(RequestKind kind, View pdu);
   Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
-  /// Returns the request that must come first: open the channel, ask the serial number, or test the
-  /// link. Empty: the task's own request can be sent.
+  /// Returns the request that the session needs first (MeterSession::Need). Empty: the task's own
+  /// request can be sent.
   std::optional<Request> ForSession(const Task& task, Instant now);
   Request Own(const Task& task, Instant now);
   Request InOtherMode();

@@ -110,7 +110,7 @@ class MeterSession {
   /// Returns the trouble of the meter: the password is refused, or another meter answers.
   const DeviceTrouble& trouble() const { return trouble_; }
 
-  /// Takes the status `code` in the reply to OpenPdu. Returns how the task continues.
+  /// Takes the status `code` in the reply to OpenPdu.
   Answer TakeOpened(std::uint8_t code, Answer answer, bool probe, Instant now);
   /// True if the serial number must be asked again, because a damaged reply with a KS can look
   /// correct. A number other than the expected one is believed when it comes twice, or after

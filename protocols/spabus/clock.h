@@ -97,7 +97,7 @@ class ClockOffset {
 
  private:
   std::optional<Instant> first_;  // when the last byte of the first request arrives
-  Now arrives_{};                 // when the last byte of the latest repetition arrives
+  Now arrives_{};                 // when the last byte of the latest request arrives
   Duration character_{};
 };
 

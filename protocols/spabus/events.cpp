@@ -95,8 +95,7 @@ constexpr int kSilentBackups = 3;
 /// has answered L since the port was opened: an apparent refusal can be a damaged reply, or a reply
 /// of another device.
 constexpr int kMostRefusals = 3;
-/// After this many failed requests for events, backups or the status in a row, the status of the
-/// device has a remark.
+/// After this many failed requests in a row the status of the device has a remark.
 constexpr int kManyFailures = 10;
 /// Within this time two different events cannot have the same text, because events contain the time
 /// within a minute.

@@ -65,8 +65,8 @@ class EventSession {
 
   /// True if events are wanted, and the relay does not refuse L.
   bool has_events() const;
-  /// Returns why no events come: L is refused, or kManyFailures requests have failed in a row.
-  /// Without a reason, returns no trouble.
+  /// Returns why no events come: L is refused, or kManyFailures requests have failed in a row; else
+  /// no trouble.
   const DeviceTrouble& remark() const;
 
   Command Next(unsigned slave);

@@ -79,8 +79,8 @@ Expectation Expect(View request, const Settings& settings) {
 
 namespace {
 
-/// The result of ScanText. `open`: the message has no end yet; `whole`: it ends in CR; `broken`:
-/// the bytes are not a message.
+/// The result of ScanText: `open`: the message may go on; `whole`: CR ends it; `broken`: the bytes
+/// are no message.
 struct Scan {
   enum class State { open, broken, whole } state = State::open;
   /// For `whole`: length of the message with its CR; for `broken`: number of bytes that are not a

@@ -269,8 +269,7 @@ bool JournalSession::LookAt(bool urgent, Instant now) {
 }
 
 /// Chooses the journal of a task, once per task. While all records of one journal are read, every
-/// second task looks for a new record in another journal, unless a new record is the reason for the
-/// reading (Pass::soon).
+/// second task looks for a new record in another journal, unless Pass::soon is set.
 void JournalSession::Choose(Instant now) {
   chosen_ = true;
   if (pass_ && !MayAsk(states_[pass_->state], now)) pass_.reset();
@@ -410,8 +409,8 @@ Answer JournalSession::Report(State& state, Records records, const JournalReader
   return End(std::move(answer));
 }
 
-/// Takes a refusal. The refusal of the first place means that the meter does not have the journal,
-/// the refusal of a later place that the journal has fewer records than expected.
+/// Takes a refusal: the meter does not have the journal (at the first place), or the journal has
+/// fewer records than expected (at a later place).
 Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
   ++exchanges_;
   State& state = states_[asked_];

@@ -33,8 +33,7 @@ class ClockDrift {
  public:
   /// A drift that was measured longer ago than this is not used.
   static constexpr Duration kFresh = std::chrono::hours(1);
-  /// If more time passes between the first sending of the request and its reply, the drift is
-  /// uncertain.
+  /// If more time passes between the first sending and the reply, the drift is uncertain.
   static constexpr Duration kWidest = std::chrono::seconds(1);
 
   void OnHostClock(bool right) { right_ = right; }
@@ -56,7 +55,7 @@ class ClockDrift {
  private:
   bool right_ = false;
   std::optional<Instant> first_;  // when the last byte of the first request arrived
-  Now arrives_{};                 // when the last byte of the latest repetition arrived
+  Now arrives_{};                 // when the last byte of the latest request arrived
   Duration character_{};
   std::optional<double> latest_;
   Instant latest_at_{};

@@ -63,8 +63,7 @@ class MeterLatch {
   /// Call it if the meter was silent: it may have been without power, so its latch time must be
   /// asked again.
   void Doubt() { doubted_ = true; }
-  /// Call it if the question for the latch time got no reply: it stays unknown whether the meter
-  /// has received the latest broadcast.
+  /// Call it if the question for the latch time got no reply: no latched value is then valid.
   void OnFailure(unsigned number);
   void OnRefused() { refused_ = true; }
   void ForgetRefusals() { refused_ = false; }

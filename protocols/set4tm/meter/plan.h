@@ -57,8 +57,8 @@ struct Match {
   Field field;
 };
 
-/// A plan of the requests to a meter: which points share a request. The key of a request is its
-/// PDU. All masked reads have the key 08 23, and the place of a point in them is its mask bit.
+/// A plan of the requests to a meter. Its keys are PDUs; all masked reads have the key 08 23, and
+/// their places are mask bits.
 using PduPlan = QueryPlan<Bytes>;
 
 class PointFields {

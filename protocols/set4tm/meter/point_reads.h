@@ -111,7 +111,7 @@ class PointReads {
   bool masked_ = false;
   bool integers_ = false;
   bool tries_masks_ = false;  ///< true: it is not known yet whether the meter supports masked reads
-  std::uint8_t number_ = 0;   ///< id of the latest masked read; each masked read gets the next id
+  std::uint8_t number_ = 0;   ///< id of the latest masked read
 };
 
 }  // namespace baudgate::protocols::set4tm

@@ -38,8 +38,8 @@ struct StatusMeaning {
   std::string reason;  ///< why the request has failed; empty if the outcome is ok
   /// Quality that the requested points get; empty: the quality does not change.
   std::optional<Quality> quality;
-  /// How long no request is sent: the time that the meter asks for (high four bits of the status,
-  /// in s), or at least 1 s or 10 s for some codes.
+  /// How long no request is sent: as long as the meter asks for (high four bits of the status, in
+  /// s), or longer for some codes.
   Duration wait{};
   std::string_view remedy{};
 };
