@@ -51,7 +51,8 @@ Result<std::string> EncodeValue(const Value& value, const config::Point& point);
 
 /// Returns the text that a slave sends for a value. A boolean is 0 or 1; an integer without a scale
 /// has no decimals. Any other number is rounded to the point's decimals (4 if none are configured);
-/// trailing zeros after the second decimal are dropped. Empty: the number is not finite.
+/// trailing zeros after the second decimal are dropped. In a text, '-' replaces characters that the
+/// bus does not allow. Empty: the number is not finite.
 std::string PrintValue(const Value& value, const config::Point& point);
 
 }  // namespace baudgate::protocols::spabus
