@@ -41,8 +41,6 @@ bool FitsInFront(std::string_view line) {
   return HexPair(line.substr(1, 2)) == Sum8(Raw(summed));
 }
 
-/// Returns the frame without its carriage return, or nothing if the frame is not one printable
-/// line.
 std::optional<std::string_view> Line(View frame) {
   if (frame.size() < 2 || frame.size() > kMaxFrame || frame.back() != '\r') return std::nullopt;
   const std::string_view line = AsText(frame.first(frame.size() - 1));

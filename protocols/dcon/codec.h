@@ -1,5 +1,6 @@
-// Builds and parses whole DCON frames: delimiter, address, text, checksum, CR. rules.h cuts frames
-// out of received bytes, decode.h reads parsed replies.
+// Builds and parses whole DCON frames: delimiter, address, text, checksum, CR.
+// protocols/dcon/rules.h cuts frames out of received bytes, protocols/dcon/decode.h reads parsed
+// replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +17,8 @@ namespace baudgate::protocols::dcon {
 /// Maximum length: delimiter 1, address 2, command 5, data 256, checksum 2, CR.
 inline constexpr std::size_t kMaxFrame = 268;
 
-/// Position of the checksum in a DCON frame; values of Expectation::checksum.
+/// Position of the checksum in a DCON frame; values of Expectation::checksum
+/// (protocols/frame_rule.h).
 enum ChecksumVariant : int {
   kNoChecksum = 0,
   kChecksum = 1,  ///< two hex digits before CR
@@ -28,13 +30,13 @@ enum ChecksumVariant : int {
 /// Parses the address 0…255 of a module, in decimal ("74") or hex ("0x4A").
 Result<std::uint8_t> ParseAddress(std::string_view text);
 
-/// A parsed request. `text` is the delimiter with the characters after the address: "#" for `#01`,
-/// "$6" for `$016`.
+/// A parsed request. `text` is the delimiter with the characters between address and checksum: "#"
+/// for `#01`, "$6" for `$016`.
 struct Command {
   std::uint8_t address = 0;
   /// True: the request has "**" in place of the address, and no module answers.
   bool broadcast = false;
-  std::string text;  ///< delimiter and characters after the address, without the checksum
+  std::string text;
 };
 
 /// Builds a request frame. `command` begins with its delimiter. Example: ("#3", 1, true) returns
@@ -55,7 +57,8 @@ bool IsDecimalText(std::string_view text);
 struct Reply {
   char lead = 0;     ///< '>', '!' or '?'
   std::string body;  ///< the characters between the lead and the checksum
-  /// True: the checksum is correct in front and at the end, so `body` is uncertain.
+  /// True: the checksum fits in front and at the end, so it is unknown which characters are the
+  /// data.
   bool ambiguous = false;
 };
 

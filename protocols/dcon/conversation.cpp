@@ -35,8 +35,8 @@ Request Requests::Broadcast(std::string_view text) const {
   return request;
 }
 
-/// Builds the request for an identification question. It is not repeated after a failure, because a
-/// module that does not support it stays silent, and the next question is sent sooner this way.
+/// Builds the request for an identification question. A question without an answer is not repeated:
+/// a module that does not support it never answers, and the next question is sent sooner this way.
 Request Requests::Question(const Identification::Question& question) const {
   const Settings& settings = question.other_mode ? other_mode_ : settings_;
   Request request =
@@ -99,8 +99,8 @@ Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {
   answer.reason = reply.reason;
   answer.remedy = reply.remedy;
   for (const std::size_t i : places_.ReadBy(exchanged.command.text)) {
-    // If points read one command with two decoders, the decoder of the first point decides the
-    // form. Points with another decoder are wrongly configured.
+    // If points read one command with different decoders, the decoder of the first point decides
+    // how the reply is parsed. Points with another decoder get the quality bad_configuration.
     const bool wrong_form = reply.outcome == Outcome::ok && places_.reads[i]->form != reply.form;
     if (reply.outcome == Outcome::unsupported) {
       answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
@@ -152,8 +152,8 @@ Answer ReplyReader::Interpret(View request, View frame, bool polled) const {
   }
   const bool says_nothing = answer.outcome != Outcome::ok || answer.readings.empty();
   if (!says_nothing || PlannedForm(command.text)) return answer;
-  // For a polled device the options define how its writes are confirmed, so other forms of a
-  // confirmation are not tried.
+  // The options of a polled device define how its outputs confirm a write, so ReadPrinted, which
+  // accepts the confirmations of all makers, is not tried.
   const bool output = command.text.front() == '#' || command.text.front() == '@';
   if (output && polled) return answer;
   return ReadPrinted(command, frame, settings_).value_or(std::move(answer));
@@ -307,7 +307,8 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   if (IsHostDue(now)) return requests_.Broadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
   if (task.kind == Task::Kind::poll && questions_.anew()) {
-    // The module has answered this question before, so the question is repeated if no reply comes.
+    // The module has answered this type question before, so the question is repeated if no reply
+    // comes.
     Request request = AskQuestion(*questions_.anew());
     request.expect.repeatable = true;
     return request;
@@ -382,8 +383,8 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
   const auto exchanged = reader_.Read(request.bytes, frame);
   if (!exchanged) return Interpret(request.bytes, frame);
   const bool was_in_trouble = static_cast<bool>(trouble());
-  // A probe can be repeated without another call of Ask, so the question that it asks is set again
-  // here.
+  // A failed probe is repeated without a call of Ask, which sets the asked question. So the
+  // question in such a probe is set here.
   if (!questions_.asked() && requests_.IsInOtherMode(request.bytes)) {
     questions_.SetAsked(Identification::Question{kAskName, true});
   }

@@ -1,6 +1,6 @@
 // DconConversation plans the requests of one DCON module and turns the replies into readings. One
 // request serves all points that its command reads. The module is identified before it is polled
-// (identification.h). Requests, ReplyReader and WriteJob handle single exchanges; Sampling and
+// (Identification). Requests, ReplyReader and WriteJob handle single exchanges; Sampling and
 // DconBus handle broadcasts to all modules of a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -36,7 +36,7 @@ class Requests {
   Request Own(std::string_view command) const;
   Request Broadcast(std::string_view text) const;
   Request Question(const Identification::Question& question) const;
-  /// True if the request is an identification question in the checksum mode that is not configured.
+  /// True if the request is `$AAM` or `$AA2` with the opposite of the configured checksum mode.
   bool IsInOtherMode(View request) const;
   const Settings& SettingsFor(View request) const {
     return IsInOtherMode(request) ? other_mode_ : settings_;
@@ -75,8 +75,8 @@ class ReplyReader {
   Answer Interpret(View request, View frame, bool polled) const;
 
  private:
-  /// True if `frame` ends with a correct checksum although `request` was sent without one. The
-  /// frame is then a late reply to an earlier request in the configured mode.
+  /// True if `frame` has a checksum although `request` was sent without one and the option checksum
+  /// is true. The frame is then a late reply to an earlier request with a checksum.
   bool IsOfOwnMode(View request, View frame) const;
   std::optional<Form> PlannedForm(std::string_view command) const;
   void AddLabels(const Exchanged& exchanged, Answer& answer) const;
@@ -88,12 +88,12 @@ class ReplyReader {
   const bool counts_;
 };
 
-// WriteJob builds the commands that write points of one module and judges the replies. Several
-// outputs of a group are written by one command, which sets the whole group (places.h), so the
-// states of the other outputs are read directly before:
+// WriteJob builds the commands that write points of one module, and judges the replies. If a write
+// changes several outputs of a group (OutputGroup), one command sets all outputs of the
+// group, so their states are read directly before:
 //
-//   on relay_1, off relay_3:   Next  $6       Take  !000900     relays 3 and 0 are on
-//                              Next  #0003    Take  >           done
+//   relay_1 on, relay_3 off:   Next  $6       Take  !000900     before: relays 3 and 0 are on
+//                              Next  #0003    Take  >           after: relays 1 and 0 are on
 class WriteJob {
  public:
   WriteJob(const config::Device& device, const Places& places);
@@ -102,7 +102,7 @@ class WriteJob {
 
   struct Step {
     std::string command;
-    /// True: the command only reads the states of the other outputs; nothing is written yet.
+    /// True: the command only reads the states of the outputs; nothing is written yet.
     bool prepares = false;
   };
   Result<Step> Next(const Task& task, Instant now);
@@ -110,10 +110,11 @@ class WriteJob {
   Answer Take(const Task& task, const Exchanged& exchanged, Answer answer, Instant now);
   void OnFailure(const Task& task, bool prepares, bool silent);
 
-  /// Call it with each digital word that a poll or a preparing read returned.
+  /// Call it with each digital word (states of inputs and outputs) that a poll, or the read before
+  /// a write, has returned.
   void OnWord(const std::string& command, std::uint64_t word) { words_[command] = word; }
-  /// Call it if another request is sent between the steps of a write: the output states are then
-  /// read again.
+  /// Call it if another request is sent between the read of the output states and the write, so
+  /// that the states are read again.
   void OnOther() { certain_.reset(); }
   void OnReconnect();
 
@@ -128,7 +129,7 @@ class WriteJob {
 
   const config::Device& device_;
   const Places& places_;
-  std::map<std::string, std::uint64_t> words_;  ///< by command: the word it returned last
+  std::map<std::string, std::uint64_t> words_;
   std::optional<Certain> certain_;
   /// True: the module does not accept the command for several outputs, so outputs are written one
   /// by one.
@@ -144,9 +145,9 @@ class WriteJob {
 //   > $024   < !12A1500
 //   > #**                        sent before module 01 is asked again
 //
-// A module that missed the last `#**` still holds the previous sample. Its digit is 0 if that
-// sample was already fetched. So a sample is accepted only if the previous sample was certainly
-// fetched.
+// A module that missed the last `#**` still holds its older sample. If that sample was never
+// fetched, the digit is 1, too. So a sample is accepted only if the module's older sample was
+// certainly fetched.
 
 inline constexpr const char* kHostIsThere = "~**";
 inline constexpr const char* kTakeSample = "#**";
@@ -173,8 +174,8 @@ class Sampling {
   /// not fetched.
   Sampling(DconBus::Group& group, Duration period) : group_(group), period_(period) {}
 
-  /// True if `#**` must be sent before `$AA4` (fetch the sample), because the latest sample was
-  /// fetched already or is too old.
+  /// True if `#**` must be sent before `$AA4` (fetch the sample): the module was already asked for
+  /// the latest sample, or that sample is older than `period`.
   bool WantsNew(Instant now) const;
   void OnSampled(Instant now);
   /// Call it after each `$AA4` (fetch the sample), answered or failed.
@@ -184,7 +185,7 @@ class Sampling {
   std::optional<std::string> WhyNot(bool first);
   void OnReconnect() { fetched_.reset(); }
 
-  /// True if other modules repeatedly take new samples between two polls of this module.
+  /// True if before each of the last three replies `#**` was sent more than once.
   bool IsOvertaken() const { return overtaken_ >= kOftenOvertaken; }
 
  private:
@@ -193,9 +194,10 @@ class Sampling {
   DconBus::Group& group_;
   Duration period_;
   std::uint64_t asked_ = 0;
-  /// Number of the latest sample when the module last answered; empty: it has not answered yet.
+  /// The value of DconBus::Group::samples that belongs to the latest reply; empty: no reply came
+  /// yet.
   std::optional<std::uint64_t> fetched_;
-  /// How many polls in a row found that other modules had taken samples in between.
+  /// Number of replies in a row before which `#**` was sent more than once.
   int overtaken_ = 0;
 };
 
@@ -241,7 +243,9 @@ class DconConversation : public Conversation {
                         bool behind_read);
 
   const config::Device& device_;
-  Settings settings_;  ///< the options, but `enabled` is the channel mask that the module reports
+  /// The options, but `enabled` is the channel mask of the module as soon as the module has
+  /// reported it.
+  Settings settings_;
   const std::uint32_t enabled_;
   DconBus::Group& group_;
   const Places places_;

@@ -97,8 +97,6 @@ Form GuessForm(const Command& request, const Reply& reply, const Settings& setti
                                                                                : Form::number;
 }
 
-/// Returns the characters of the reply after the address. Empty: the reply has the address of
-/// another module. `addressed`: false if the reply has no address.
 std::optional<std::string_view> Payload(const Reply& reply, std::uint8_t address, bool addressed) {
   const std::string_view body = reply.body;
   if (!addressed) return body;
@@ -193,7 +191,8 @@ bool LeadFits(Form form, char lead) {
 
 bool Addressed(Form form, const Reply& reply, const Settings& settings) {
   if (reply.lead == '>') return settings.data_address;
-  // One manual prints the reply to `$AALS` with an address (eight digits) and without (six).
+  // A manual prints the reply to `$AALS` in two forms: with an address (eight digits) and without
+  // (six).
   if (form == Form::status) return reply.body.size() == 8;
   return true;
 }
@@ -231,8 +230,8 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
     return Fail(Outcome::unexpected,
                 "reply " + Shown(frame) + " does not have the form of a reply to " + request.text);
   }
-  // A module that was started with INIT* grounded answers at address 00, and this reply contains
-  // its stored address.
+  // A module that was started with INIT* grounded answers at address 00, but this reply begins with
+  // its stored address. So the address is not compared.
   const bool init = request.text == "$2" && request.address == 0;
   const auto payload = init && reply.body.size() >= 2
                            ? std::optional(std::string_view(reply.body).substr(2))
@@ -350,15 +349,16 @@ namespace {
 
 constexpr std::size_t kAnyWidth = 0;
 
-/// True if the last two characters are a correct checksum of the rest. They are then perhaps not
-/// digits of a number.
+/// True if the last two characters are a correct checksum of the rest, so they may not be digits of
+/// a number.
 bool EndsWithItsSum(View frame) {
   const std::string_view text = Trim(AsText(frame));
   if (text.size() < 3) return false;
   return HexByte(Sum8(frame.first(text.size() - 2))) == text.substr(text.size() - 2);
 }
 
-/// True if `command` matches `pattern`, in which 'n' is any hex digit and a final '*' any rest.
+/// True if `command` matches `pattern`: 'n' stands for a hex digit, and '*' at the end for any
+/// text.
 bool FitsPrinted(std::string_view pattern, std::string_view command) {
   const bool open = pattern.ends_with('*');
   if (open) pattern.remove_suffix(1);
@@ -408,7 +408,7 @@ constexpr Behind kBehind[] = {
     {"~RD", Kind::hex, 2, "response delay, ms"},
 };
 
-/// Parses a number of the usual seven characters; its sign can be missing.
+/// Parses one number of the configured width; its sign can be missing.
 std::optional<Reading> NumberOf(const Command& request, std::string_view text,
                                 std::string_view what, const Settings& settings) {
   const bool bare = !text.empty() && HexDigit(text.front());
@@ -449,8 +449,8 @@ std::optional<Reading> ReadChannelType(const Command& request, std::string_view 
   return Labelled(request, "type code", std::string(text));
 }
 
-/// Parses `!AA` (done), or `!AA` with data. The table kBehind defines the data; if no row fits, it
-/// is a text.
+/// Parses `!AA` (done), or `!AA` with data as the table kBehind defines it. Data of a command
+/// without a row is shown as text, unless it is a read command.
 std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
                                     const Settings& settings) {
   const std::string who = HexByte(ReplyAddress(request));
@@ -575,8 +575,6 @@ Answer ReadAs(const Command& request, const DecodedReply& decoded, const Setting
   return answer;
 }
 
-/// True if the last two characters may be a checksum: they are a correct checksum, or the frame
-/// without them is a valid reply.
 bool MayEndWithSum(const Command& request, View frame, const Settings& settings) {
   if (EndsWithItsSum(frame)) return true;
   const std::string_view text = Trim(AsText(frame));
@@ -585,7 +583,7 @@ bool MayEndWithSum(const Command& request, View frame, const Settings& settings)
   return DecodeReply(request, std::nullopt, 0, shorter, settings).outcome == Outcome::ok;
 }
 
-/// Parses replies that other values of the options allow: numbers in hex words, numbers of another
+/// Parses replies that would be valid with other options: numbers in hex words, numbers of another
 /// width, and replies with `>` that contain the address (TRP-C68).
 std::optional<Answer> ReadWithOtherSettings(const Command& request, View frame, const Reply& reply,
                                             const Settings& settings) {

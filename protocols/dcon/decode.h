@@ -16,7 +16,7 @@ namespace baudgate::protocols::dcon {
 struct DecodedReply {
   Outcome outcome = Outcome::ok;
   std::string reason;
-  std::string remedy{};  ///< advice for `baudgate status`
+  std::string remedy{};  ///< advice to the user in `baudgate status`
   Form form = Form::text;
   /// One field for each channel of joined numbers, one field for any other reply, and no field for
   /// a confirmed write.
@@ -45,19 +45,18 @@ DecodedReply DecodeConfirmation(const Command& request, View frame, const Settin
 /// a bad quality and no value.
 Field Select(const DecodedReply& decoded, const ReadAddress& address);
 
-/// Returns which checksum the reply to `command` must have, a ChecksumVariant.
 int ReplyVariant(std::string_view command, const Settings& settings);
 
 /// Returns the address that the reply must have: the address of the request, or the new address
 /// after `%AANN...`.
 std::uint8_t ReplyAddress(const Command& request);
 
-// ReadPrinted decodes exchanges in `baudgate decode` if no point of the device reads the command.
-// Polling does not use it, because there each reply has the one form that its point defines.
+// ReadPrinted serves `baudgate decode`, for commands that no point of the device reads. Polls do
+// not use it, because the point defines the one form that its reply must have.
 
-/// Decodes a reply by the makers' manuals. Returns its values with labels, or nothing if no manual
-/// prints this form of reply to `request`. If the makers disagree, all printed forms are accepted
-/// and the label names the form.
+/// Decodes a reply in one of the forms that the makers' manuals print. Returns its values with
+/// labels, or nothing if no manual prints this form of reply to `request`. If makers use one
+/// command in different ways, the label says which meaning was found.
 std::optional<Answer> ReadPrinted(const Command& request, View frame, const Settings& settings);
 
 }  // namespace baudgate::protocols::dcon

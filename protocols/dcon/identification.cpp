@@ -14,7 +14,7 @@ namespace baudgate::protocols::dcon {
 namespace {
 
 struct Spelling {
-  std::string_view text;  ///< spelling of the unit in lower case, without blanks
+  std::string_view text;
   std::string_view unit;
 };
 
@@ -247,7 +247,7 @@ namespace {
 
 constexpr std::array<Identification::Question, 4> kRound = {
     {{kAskName, false}, {kAskType, false}, {kAskName, true}, {kAskType, true}}};
-// Number of questions in the configured checksum mode; they are the first in kRound.
+// Number of questions in kRound that use the configured checksum mode; they come first.
 constexpr int kOwnMode = 2;
 
 constexpr std::string_view kAdvice = "; correct the profile, the address or the module";
@@ -302,8 +302,8 @@ Identification::Identification(const config::Device& device, const Settings& set
   }
 }
 
-/// True if the command is a read in both checksum modes. Only `#AA` and `#AAN` are: with an
-/// unexpected checksum the worst case is that `#0184` reads channel 84.
+/// True if the command is a read in both checksum modes. Only `#AA` and `#AAN` are: at worst the
+/// module takes a checksum for digits, so that `#0184` reads channel 84.
 bool Identification::IsHarmless(std::string_view command) {
   return command.starts_with('#') && command.size() <= 2;
 }
@@ -405,8 +405,8 @@ void Identification::OnPolled() {
   Sum();
 }
 
-/// Starts the questions again if the module has reported its type before. A module that never
-/// reports it would be asked again after every lost poll.
+/// Asks the questions again after a lost poll, but only if the module has reported its type before.
+/// Otherwise a module that never reports its type would be asked after every lost poll.
 void Identification::OnLost() {
   if (type_) OnReconnect();
 }
@@ -465,8 +465,8 @@ bool Identification::IsMute() const {
   return done_ && !answered_ && !sure_ && settings_.checksum && only_others_;
 }
 
-/// Sets trouble_ to the most serious of the troubles. If there is none, the text of trouble_ lists
-/// all remarks.
+/// Sets trouble_ to the most serious trouble: wrong checksum mode, then wrong type, then wrong
+/// name. Without a trouble, the text of trouble_ lists the remarks for the status.
 void Identification::Sum() {
   const bool was_wrong = static_cast<bool>(trouble_);
   trouble_ = mode_ ? mode_ : kind_ ? kind_ : name_;
@@ -477,7 +477,8 @@ void Identification::Sum() {
         "identify: false if its checksum is on";
   }
   if (was_wrong) {
-    // Channels may have been reconfigured during the trouble, so mask and types are asked again.
+    // The channels may have been changed while the trouble lasted, so the channel mask and the
+    // types of the inputs are asked again.
     asked_mask_ = false;
     channels_.Forget();
   }
@@ -513,10 +514,10 @@ std::optional<Questions::Question> Questions::Before(std::string_view command) {
 
 bool Questions::ForgetAnew() { return std::exchange(anew_, std::nullopt).has_value(); }
 
-/// Returns whether a type question follows the read of a task. The gateway waits for a proof that
-/// replies belong to their requests only before the first request of a task. The reply to the read
-/// needs this proof, so the read comes first; the reply to a type question contains the module's
-/// address.
+/// Decides whether the question for an input's type follows the read of a task. The read goes
+/// first, because the gateway makes sure only before the first request of a task that no late reply
+/// can be taken for its reply. The reply to the question contains the module's address, so it may
+/// come second.
 Then Questions::AfterRead(std::string_view command, Instant now) {
   anew_.reset();
   if (count_ < kMostQuestions) anew_ = identification_.NextAnew(command, now);

@@ -5,8 +5,8 @@
 //   checksum: true   > $01MD2 (silence)  > $012B7 (silence)  > $01M  < !017017
 //                    the module answers only without a checksum: its checksum is off
 //
-// A poll of such a module would write: `@01` + `A1` (checksum) means "set outputs to A1" if the
-// module's checksum is off.
+// A poll with a checksum could write to a module whose checksum is off: it takes `@01` + `A1`
+// (checksum) for "set outputs to A1".
 //
 // ChannelTypes stores what each input measures. Questions decides when a question is asked.
 #pragma once
@@ -27,9 +27,10 @@
 
 namespace baudgate::protocols::dcon {
 
-// Input ranges of analog modules by type code, the first byte in the reply to `$AA2`. Source:
-// tables of ICP DAS I-7011/18 and I-7012/17 and Advantech ADAM-4000. The codes 30 to 35 have
-// another meaning on output modules; the codes 40 and above are not analog inputs.
+// FactorOfType and IsAnalogOutput judge the type code of a module, the first byte in the reply to
+// `$AA2`, which defines the input range. Source: tables of ICP DAS I-7011/18 and I-7012/17 and
+// Advantech ADAM-4000. The codes 30 to 35 have another meaning on output modules; the codes 40 and
+// above are not analog inputs.
 
 /// Returns the factor that converts a number of a module of this type to `unit`. Example: 0.001 if
 /// the module measures mV and `unit` is V. Empty: such a module cannot measure `unit`. If no module
@@ -41,8 +42,8 @@ std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit);
 bool IsAnalogOutput(std::uint8_t type);
 
 // ChannelTypes stores what each input measures, for modules with a type code for each input
-// (`$AA8Ci` → `!AACiRrr`: ADAM-4015, 4017+, 4018+, 4019+). It judges single points.
-// Source: dcon reference, 5, 7.3 and 19.11.
+// (`$AA8Ci` → `!AACiRrr`: ADAM-4015, 4017+, 4018+, 4019+). A wrong type spoils only the points of
+// this input. Source: dcon reference, 5, 7.3 and 19.11.
 //
 //   > $018C2   < !01C2R0D      input 2 measures mA: a point in V that reads it has a bad quality
 
@@ -55,7 +56,7 @@ std::optional<unsigned> InputOf(const ReadAddress& read);
 std::optional<unsigned> InputOfQuestion(std::string_view command);
 
 /// True if a module of this type can measure what the point reads: a current in mA, a frequency in
-/// Hz, pulses for a total. Also true if the type does not decide this.
+/// Hz, pulses for a total. Also true if the type code tells nothing about the point.
 bool Measures(std::uint8_t type, const ReadAddress& read, std::string_view unit,
               const Settings& settings);
 
@@ -63,24 +64,24 @@ class ChannelTypes {
  public:
   ChannelTypes(const config::Device& device, const Settings& settings);
 
-  /// Returns an input whose type must be asked before `command` is sent: an input that `command`
-  /// reads for a point whose unit can be judged. Empty: the types of all these inputs were asked.
+  /// Returns an input whose type must be asked before `command` is sent, because `command` reads it
+  /// for a point in V, mV, mA or °C. Empty: the types of all these inputs were asked.
   std::optional<unsigned> Next(std::string_view command) const;
-  /// Returns an input whose type must be asked again after `command`. The type of each input is
-  /// asked once per slow period, evenly spread. Empty: no type is due.
+  /// Returns an input whose type must be asked again after `command`. Each input is asked once in
+  /// the period of slow points (Device::slow), evenly spread. Empty: no type is due.
   std::optional<unsigned> NextAnew(std::string_view command, Instant now);
   void OnAnswer(unsigned input, const DecodedReply& reply);
-  /// Call it if the question for this input got no reply or an odd reply. A known type stays valid.
-  /// An input without a known type counts as one without a type after the second time.
+  /// Call it if the question for the type of this input got no reply or an odd reply. A known type
+  /// stays valid. An input whose type is unknown counts as one without a type after two such
+  /// failures.
   void OnNothing(unsigned input);
   /// Call it if another module may be connected. Known types stay valid until they are asked again.
   void Forget();
 
-  /// Returns the factor from the input's unit to the point's unit. Empty: the input measures
-  /// another quantity.
+  /// Returns the factor from the input's unit to the point's unit; 1 if the type of the input is
+  /// unknown, or Identity::ignore is set. Empty: the input measures another quantity.
   std::optional<double> FactorOf(std::size_t point) const;
-  /// Returns a text that lists the points whose unit does not fit their input, for the inputs in
-  /// the mask `enabled`. Empty: all units fit.
+  /// Lists the points whose unit does not fit their input, for the inputs in the mask `enabled`.
   std::string Remark(std::uint32_t enabled) const;
 
  private:
@@ -103,7 +104,7 @@ class ChannelTypes {
   std::vector<Input> inputs_;  // in the order of the points that read them
   Duration period_;
   std::size_t turn_ = 0;         // index in inputs_ of the next input to ask again
-  std::optional<Instant> next_;  // when to ask for the type of that input; empty: not scheduled yet
+  std::optional<Instant> next_;  // when to ask inputs_[turn_] again; empty: not scheduled yet
 };
 
 inline constexpr const char* kAskName = "$M";
@@ -116,7 +117,7 @@ class Identification {
 
   struct Question {
     std::string_view command;
-    /// True: the question is sent in the checksum mode that is not configured.
+    /// True: the question is sent in the opposite of the configured checksum mode.
     bool other_mode = false;
 
     bool operator==(const Question&) const = default;
@@ -130,18 +131,17 @@ class Identification {
   std::optional<Question> NextAnew(std::string_view command, Instant now);
   bool is_done() const { return done_; }
   /// True if the command is allowed to be sent now: all questions were asked, and there is no
-  /// trouble. If the module has not answered in the configured checksum mode, only harmless
-  /// commands are allowed with `checksum: true`; with `checksum: false` all are, because a module
-  /// whose checksum is on ignores them (but see IsTakenCutShort). Always true if the option
-  /// identify is false.
+  /// trouble. With `checksum: true`, only harmless commands are allowed before the module has
+  /// answered in this mode. With `checksum: false` all commands are allowed, because a module whose
+  /// checksum is on ignores them (exception: IsTakenCutShort). Always true if the option identify
+  /// is false.
   bool Allows(std::string_view command) const;
   /// True if the module's checksum might be on and the last two characters of this request are by
   /// chance a correct checksum of the rest, so that the module would take them for it. Example: a
   /// module would take `#01+03.070` for `#01+03.0`, which sets another value.
   bool IsTakenCutShort(View request) const;
-  /// True if writes are not sent, because the option checksum is true and the module has answered
-  /// no question of a whole round. False if a point is read with a harmless command, because its
-  /// reply shows the checksum mode.
+  /// True if writes are not sent: the option checksum is true, the module has answered no question
+  /// in either mode, and no point is read with a harmless command, whose reply would show the mode.
   bool IsMute() const;
   /// True if a module takes the command for a read in either checksum mode.
   static bool IsHarmless(std::string_view command);
@@ -155,15 +155,16 @@ class Identification {
   void OnLost();
   /// Call it if the module has answered in the configured checksum mode.
   void OnPolled();
-  /// Call it if another module may be connected. A trouble stays until a reply disproves it.
+  /// Call it if another module may be connected. A trouble stays until a reply shows that it is
+  /// over.
   void OnReconnect();
   /// Call it if a reply had an unexpected number of channels: the module is then asked again which
   /// channels are enabled.
   void AskMaskAgain() { asked_mask_ = false; }
 
   const DeviceTrouble& trouble() const { return trouble_; }
-  /// Returns the factor from the number in a reply to the point's unit. Empty: the input measures
-  /// another quantity.
+  /// Returns the factor from the number in a reply to the point's unit; 1 if the type is unknown.
+  /// Empty: the input measures another quantity (only with the option channel_types).
   std::optional<double> FactorOf(std::size_t point) const;
   /// Returns the mask of the channels that are enabled in the module (bit 0: channel 0). Empty: the
   /// mask is unknown.
@@ -178,13 +179,13 @@ class Identification {
 
   const config::Device& device_;
   const Settings& settings_;
-  /// True: a point is polled with `#`, whose reply contains the numbers of several channels, so the
-  /// position of a number in the reply defines its channel.
+  /// True: a point is polled with `#`, whose reply contains the numbers of all enabled channels
+  /// without channel numbers. So the mask of enabled channels is asked (WantsMask).
   bool joined_ = false;
-  bool only_others_ = true;  ///< true: no point is read with a harmless command (IsHarmless)
+  bool only_others_ = true;  ///< true: no point is read with `#AA` or `#AAN` (IsHarmless)
   bool sure_ = false;        ///< true: the module has answered in the configured checksum mode
 
-  // State of the round of questions, since the round began.
+  // State of the questions in kRound since they were last begun.
   bool done_ = false;
   bool answered_ = false;
   int step_ = 0;
@@ -196,13 +197,14 @@ class Identification {
   DeviceTrouble kind_;  ///< trouble: wrong type or format byte
   DeviceTrouble name_;
   ChannelTypes channels_;
-  /// The most serious of these three troubles; without a trouble its text has the remarks.
+  /// The most serious of mode_, kind_ and name_; without a trouble, its text has remarks for the
+  /// status.
   DeviceTrouble trouble_;
 };
 
 // Questions decides when the questions of Identification are asked: before the first command of a
-// task, and again after its read. The number of exchanges of a task is limited, so a round may take
-// several tasks.
+// task, and after its read if a question is due again. A task can have kMostSteps exchanges, so the
+// questions may take several tasks.
 //
 //   Before("#")   $M   then $2   then nothing: "#" may be sent
 //   AfterRead     $8C2           the type of input 2 is due again
@@ -229,7 +231,7 @@ class Questions {
   void ForgetCount() { count_ = 0; }
 
   Then AfterRead(std::string_view command, Instant now);
-  /// Call it after a question of a task that will send `command`. Returns how the task continues.
+  /// Call it after a question. `command`: the command that the task sends after its questions.
   Then AfterQuestion(std::string_view command);
   void OnReconnect();
 

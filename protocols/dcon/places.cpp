@@ -9,7 +9,7 @@ namespace baudgate::protocols::dcon {
 namespace {
 
 constexpr const char* kReadAll = "#";
-// After so many unanswered probes one probe is sent in the other checksum mode.
+// Number of unanswered probes after which one probe is sent in the other checksum mode.
 constexpr std::size_t kProbesOfOwnMode = 3;
 
 /// Estimates the length of a reply in characters; the cheapest read serves as a probe.
@@ -23,7 +23,7 @@ std::size_t Cost(Form form, std::size_t points) {
 std::string OwnProbe(const Settings& settings, const Probing::Reads& reads, bool polls,
                      std::size_t channels) {
   if (settings.identify || !polls) return kAskName;
-  // If polls read single channels as well, a read of a channel cannot serve as the own probe.
+  // If a poll reads a single channel, its late reply could be taken for the reply to such a probe.
   bool all_together = false;
   for (const auto& read : reads) {
     if (!read || read->command[0] != '#') continue;
@@ -57,8 +57,9 @@ bool Probing::IsInOtherMode() const {
   return settings_.identify && unanswered_ % (kProbesOfOwnMode + 1) == kProbesOfOwnMode;
 }
 
-/// Returns the command of the next probe. Among the reads it prefers the cheapest that was answered
-/// before, else the first, because profiles begin with a read that always works.
+/// Returns the command of the next probe. Among the reads of the polls it prefers the shortest that
+/// was answered before. If none was answered, it takes the first read, because profiles begin with
+/// a read that always works.
 std::string Probing::Command(const Identification& identification) const {
   std::vector<std::string> reads;
   std::size_t best = 0;

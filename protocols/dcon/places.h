@@ -50,11 +50,10 @@ class Probing {
   /// True if no poll sends `command`, so its reply cannot be a late reply to a poll.
   bool IsOwn(std::string_view command) const { return command == own_; }
 
-  /// Call OnAnswered after each answered probe, and OnPolled after each answered poll.
   void OnAnswered(std::string_view command);
   void OnPolled();
-  /// Call it after each failed probe. `own`: see IsOwn. Returns true if another probe should be
-  /// sent at once.
+  /// Call it after each failed probe. `own`: the result of IsOwn for its command. Returns true if
+  /// another probe must be sent at once.
   bool OnFailed(bool own, bool silent);
   void OnReconnect() { choice_.OnReconnect(); }
 
@@ -101,7 +100,6 @@ std::size_t Together(const GroupedOutputs& outputs, std::span<const PointValue> 
 
 std::uint8_t AllOutputs(const GroupedOutputs& outputs, const Task& task, std::uint64_t word);
 
-/// Returns the states of the group's outputs in `word`, one bit each.
 std::uint8_t OutputsIn(const OutputGroup& group, std::uint64_t word);
 
 /// The parsed addresses of all points. The vectors `reads`, `writes` and `outputs` are indexed by
@@ -119,7 +117,7 @@ struct Places {
   std::span<const std::size_t> ReadBy(std::string_view command) const;
 
   Probing::Reads reads;
-  /// Key: command; value: the points that it reads, see ReadBy.
+  /// The points that a command reads, by command.
   std::map<std::string, std::vector<std::size_t>, std::less<>> by_command;
   std::vector<std::optional<WriteAddress>> writes;
   /// The elements of `writes` that write settings, not outputs.

@@ -9,8 +9,9 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-/// A command that is allowed in polls. In `pattern`, 'n' is any hex digit. `forms` lists the
-/// decoder words that points can use for its reply; the first is the default.
+/// A command that is allowed in polls. In `pattern`, 'n' is any hex digit. `forms` lists the words
+/// that a point can write after the command to name the form of the reply ("#0 counter"); the first
+/// word is the default.
 struct ReadRule {
   std::string_view pattern;
   std::string_view forms;
@@ -151,8 +152,8 @@ bool ParseSelector(std::string_view text, ReadAddress& address) {
   return true;
 }
 
-/// Returns the error for a command that is dangerous without a decoder word: the danger, and the
-/// word to add.
+/// Returns the error for a command that is dangerous unless a word of ReadRule::forms follows it:
+/// the danger, and the word to add.
 std::string NeedsWord(std::string_view command) {
   const std::string own(command);
   if (command.starts_with("$4")) {
@@ -315,7 +316,7 @@ std::optional<Form> DefaultForm(std::string_view command) {
 }
 
 std::pair<std::size_t, std::size_t> HexDigits(std::string_view command) {
-  // One digit: a flag of one channel; two digits: a mask of several channels.
+  // `$AAB` returns one digit (a flag of one channel) or two (a mask of several channels).
   if (command == "$B") return {1, 2};
   if (command == "~0" || command == "$6") return {2, 2};
   if (command == "~2") return {3, 3};

@@ -1,6 +1,6 @@
 // Parses the `read` and `write` texts of points: which commands the gateway may send, the form of
-// their replies, and whether a command may be repeated (README.md, "Reading" and "Writing").
-// Planning, decoding, the twin and Expect use the results.
+// their replies, and whether a command may be repeated (protocols/dcon/README.md, "Reading" and
+// "Writing").
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -39,19 +39,19 @@ struct ReadAddress {
   Select select = Select::whole;
   unsigned index = 0;  ///< number of the selected value or bit; for Select::bits the lowest bit
   unsigned count = 1;  ///< number of bits for Select::bits
-  /// For a counter: true if the point reads its total (totals.h) in place of its count.
+  /// True: the point reads the total of a counter (Totals), not its count.
   bool total = false;
 };
 
 /// Parses the `read` text of a point: "#[0]", "#3", "#0 counter", "@[b3]", "$M".
 Result<ReadAddress> ParseRead(std::string_view text);
 
-/// Returns the form of the reply to `command` if no decoder word selects another form. Empty:
-/// `command` is not a read command, or the form differs between modules.
+/// Returns the form of the reply to `command` if the point names none ("#0", not "#0 counter").
+/// Empty: `command` is not a read command, or the form differs between modules.
 std::optional<Form> DefaultForm(std::string_view command);
 
-/// Returns the smallest and the largest number of digits in a reply of Form::hex to `command`. The
-/// range is exact, because two more digits would be an unexpected checksum.
+/// Returns the smallest and the largest number of digits in a reply of Form::hex to `command`.
+/// Replies with more digits are rejected, because two more digits would be an unexpected checksum.
 std::pair<std::size_t, std::size_t> HexDigits(std::string_view command);
 
 /// True if the command is allowed to be sent again after a failure: a read without side effects, or
@@ -86,10 +86,9 @@ std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view co
 
 config::RawNumbers NumbersOf(const ReadAddress& read, bool hex_unsigned);
 
-/// True if `command` can change the value that `point` reads. Writes can change bits, states, hex
-/// values and outputs that are read back, except that an output command changes only its own
-/// outputs (IsOutputOf). Only $ and % commands can change counters, decimals and texts. Read
-/// commands change nothing.
+/// True if `command` can change the value that `point` reads. Read commands change nothing. An
+/// output command changes only its own outputs (IsOutputOf). Only $ and % commands
+/// change counters, decimals and texts. No command changes measured numbers.
 bool Changes(std::string_view command, const config::Point& point);
 
 Status CheckPoint(const config::Point& point);

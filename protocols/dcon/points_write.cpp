@@ -1,4 +1,5 @@
-// The `write` part of points.h: parses forms such as "#2{+00.000 0..10}" and formats the commands.
+// The `write` part of protocols/dcon/points.h: parses forms such as "#2{+00.000 0..10}" and formats
+// the commands.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>

@@ -124,13 +124,11 @@ bool HasTotals(const config::Device& device) {
 config::RawNumbers RawNumbersOf(const config::Device& device, const Point& point) {
   const auto read = ParseRead(point.read);
   const Settings settings = ReadSettings(device.options);
-  // With a full scale, hex words are converted to decimal numbers of any size, so there is no
-  // limit.
+  // With the option full_scale, hex words become decimal numbers of any size, so there is no range.
   if (!read || settings.full_scale != 0) return {};
   return NumbersOf(*read, settings.hex_unsigned);
 }
 
-/// Broadcasts change no points.
 std::optional<std::vector<std::size_t>> ChangedPoints(View request, const config::Device& device) {
   const auto command = ParseRequest(request, ReadSettings(device.options).checksum);
   const auto address = ParseAddress(device.address);

@@ -16,8 +16,8 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-/// Returns the forms of a reply to `command`: the good reply, and the refusal that any command can
-/// get.
+/// Returns the lead characters and lengths of the possible replies to `command`: the good reply,
+/// and the refusal `?`, which any command can get.
 std::vector<Shape> Shapes(const Command& command, bool checksum) {
   // Length of the parts around the data: lead character, CR, and the checksum if it is on.
   const std::size_t extra = checksum ? 4 : 2;
@@ -83,9 +83,10 @@ Expectation Expect(View request, const Settings& settings) {
 //   > 23 30 31 30 42 34 0D                   #010 B4 CR to a counter module, which answers with the
 //   < 3E 44 34 30 30 30 30 30 30 31 45 0D    > D4 0000001E CR checksum in front (I-7080)
 //
-// A number never contains a start character, so a second start character means that the first line
-// was cut off. If the checksum is on, it decides which start is correct. If the checksum fits from
-// two starts, the last one is used: both fit only if the bytes between them happen to sum to zero.
+// A line contains no second start character: if one comes, the first line was cut off. With a
+// checksum, the line begins at the start character from which the checksum fits. If the checksum
+// fits from two start characters, the later is used: the earlier fits only if the bytes between
+// them happen to sum to zero.
 
 namespace {
 
@@ -166,8 +167,8 @@ Bytes AskModule(unsigned address, std::size_t mode, std::size_t question) {
                       mode == kWithChecksum);
 }
 
-/// Judges a reply to a scan question. A module that was started with INIT* grounded answers at 00,
-/// and its reply to `$002` contains its stored address.
+/// Judges a reply to a question of a scan. A module that was started with INIT* grounded answers at
+/// 00, and its reply to `$002` contains its stored address.
 Sighting JudgeModule(View request, View frame, std::size_t mode) {
   const bool checksum = mode == kWithChecksum;
   const auto asked = ParseRequest(request, checksum);
@@ -213,7 +214,7 @@ constexpr std::string_view kLeads = "$#%@~^";
 constexpr std::string_view kPlace = "XX";
 
 /// Makes a whole frame of a typed command: adds CR, and replaces a final XX by the checksum. If the
-/// option checksum is on, the checksum is added without XX as well. Example: `$01MXX` gives
+/// option checksum is on, a missing checksum is added even without XX. Example: `$01MXX` gives
 /// `$01MD2` and CR.
 Result<Bytes> CompleteCommand(View written, const Settings& settings) {
   std::string text(Trim(AsText(written)));

@@ -14,8 +14,8 @@
 
 namespace baudgate::protocols::dcon {
 
-/// Returns which replies can answer `request`. For an empty request: the form of requests, for
-/// twins.
+/// Returns which replies can answer `request`. If `request` is empty, returns what requests look
+/// like, which a simulated device (twin) needs.
 Expectation Expect(View request, const Settings& settings);
 
 /// Cuts requests: from one of $ # % @ ~ ^ to CR.
@@ -40,7 +40,7 @@ extern const TelegramRule kTelegram;
 
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 
-/// See ForeignRule. Recognises read requests, such as "#01" and a carriage return.
+/// Describes a read request of a DCON master in `heard`, such as "#01" and CR; see ForeignRule.
 std::optional<std::string> ForeignDcon(View heard);
 
 }  // namespace baudgate::protocols::dcon

@@ -11,10 +11,11 @@ namespace {
 
 constexpr std::uint64_t kModulusOfDecimal = 65536;
 constexpr int kUnansweredTotals = 2;
-constexpr Duration kSlack = 2s;  // tolerance for the time at which a count was read
+// Added to the time between two readings, because the times of readings are inexact.
+constexpr Duration kSlack = 2s;
 
-/// If a count has decreased, the counter has rolled over or was cleared. It counts as a roll-over
-/// if the step is at most this part (a quarter) of the counter's range.
+/// If a count has decreased, the counter has rolled over or was cleared. It has rolled over if the
+/// pulses since the last count are at most 1/kPartOfRollOver of the counter's range.
 constexpr std::uint64_t kPartOfRollOver = 4;
 
 std::string_view Cut(std::string_view& text, char at) {
@@ -91,13 +92,14 @@ void Totals::Believe(Counter& counter, const Seen& seen, std::uint64_t step) {
 }
 
 /// True if the reading `seen` can follow the last confirmed count without a roll-over or a clear:
-/// the count has not decreased, and the step is possible in the time.
+/// the count has not decreased, and its increase is possible in the time (CanCount).
 bool Totals::Follows(const Counter& counter, const Seen& seen) const {
   return seen.count < counter.modulus && seen.count >= *counter.count &&
          (!counter.at || CanCount(seen.count - *counter.count, seen.at - *counter.at));
 }
 
-/// Returns the step to a count that has decreased: the pulses over a roll-over, or 0 after a clear.
+/// Returns the pulses since the last confirmed count if the count has decreased: the pulses over a
+/// roll-over, or 0 after a clear.
 std::uint64_t Totals::StepTo(const Counter& counter, const Seen& seen) const {
   if (seen.count >= *counter.count || seen.count >= counter.modulus) return 0;
   const std::uint64_t step = seen.count + counter.modulus - *counter.count;

@@ -1,15 +1,16 @@
 // Totals adds up the counts of counters over roll-overs and over restarts of the module and of this
 // program. A total is the sum of the differences between readings; it begins with the first
-// reading.
+// reading. Each changed count is read twice, because a damaged count that passes the 8-bit checksum
+// would stay in the total for ever.
 //
-//   #010 → >00000005    5              read twice: damage that passes the 8-bit checksum would
-//                                      stay in the total for ever
-//   #010 → >FFFFFFF0    4294967280     every step is read twice
-//   #010 → >00000010    4294967312     roll-over (read twice, and $AA5 asked in between)
-//   #010 → >00000005    4294967312     the counter was cleared: the total counts on from here
-//   $015 → !011, #010 → >00000900      the module was restarted: as after a clear
+//   reply to #010    total
+//   >00000005        5
+//   >FFFFFFF0        4294967280
+//   >00000010        4294967312     roll-over: $AA5 is asked between the two readings
+//   >00000005        4294967312     the counter was cleared: the total counts on from here
+//   >00000900        4294967312     after $015 → !011 (the module was restarted): as after a clear
 //
-// README.md, "Totals", lists the cases that cannot be distinguished.
+// protocols/dcon/README.md, "Totals", lists the cases that cannot be distinguished.
 #pragma once
 
 #include <cstdint>
@@ -33,17 +34,17 @@ class Totals {
  public:
   static constexpr Duration kBetweenNotes = 1min;
 
-  /// `reads` is indexed by point. `settings` and `reads` must stay valid for the lifetime of this
-  /// object.
+  /// `reads` is indexed by point. `settings` and `reads` must outlive this object.
   Totals(const Settings& settings, const Probing::Reads& reads);
 
   bool empty() const { return counters_.empty(); }
   /// True if `$AA5` must be asked before `command` is sent.
   bool WantsRestart(std::string_view command) const;
-  /// Call it with the reply to `$AA5`. Empty: the module refuses the command, so it is not asked
-  /// again.
+  /// Call it with the reply to `$AA5`. An empty `restarted` means that the module refuses `$AA5`,
+  /// so it is not asked again.
   void OnRestart(std::optional<bool> restarted);
-  /// Call it if `$AA5` was not answered. After the second time the command counts as unsupported.
+  /// Call it if `$AA5` was not answered. After two failures in a row the command counts as
+  /// unsupported.
   void OnNothing();
   /// Call it after silence, because the module may have been restarted: `$AA5` is then asked again.
   void OnLost() { is_due_ = true; }
@@ -77,7 +78,7 @@ class Totals {
     std::optional<std::uint64_t> count;
     std::optional<Instant> at;
     std::uint64_t total = 0;
-    std::optional<Seen> seen;  ///< the latest reading
+    std::optional<Seen> seen;
     bool begins_anew = false;
   };
 
@@ -95,7 +96,8 @@ class Totals {
   const Probing::Reads& reads_;
   std::vector<Counter> counters_;
   bool is_due_ = true;
-  bool context_ = true;  ///< true: the module supports `$AA5`, or has not refused it yet
+  /// True: the module supports `$AA5`, or has neither refused it nor ignored it twice in a row.
+  bool context_ = true;
   int silences_ = 0;
   std::string memory_;
   std::optional<Instant> noted_;

@@ -142,8 +142,8 @@ std::string DconTwin::Joined(Form form, const std::string& command, Instant now)
   return text;
 }
 
-/// Returns the digital word for `command`, with the values of all its points. All digital commands
-/// but `$L` show the same word.
+/// Returns the digital word for `command`, with the values of all its points. The points of all
+/// digital commands are parts of one word; only those of `$L` have a word of their own.
 std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now) const {
   std::uint64_t word = 0;
   for (const Known& known : points_.all()) {
@@ -156,8 +156,8 @@ std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now)
   return IsDigital(form) ? DigitalWire(word, settings_) : word;
 }
 
-/// Returns `told`, the reply to `$AA2`, with the format byte of the options. Example: "080600" with
-/// a checksum is "080640".
+/// Returns `told`, the text of a reply to `$AA2`, with the data format and checksum bit that the
+/// options define. Example: "080600" with a checksum is "080640".
 std::string DconTwin::Configuration(std::string told) const {
   if (told.size() != 6) return told;
   const unsigned checksum = settings_.checksum ? 0x40 : 0;
@@ -222,8 +222,8 @@ std::optional<std::string> DconTwin::AnswerRead(const std::string& command, Inst
   return std::nullopt;
 }
 
-/// Answers `#AAN` if the profile polls `#AA`. For a channel that does not exist, an OWEN module is
-/// silent and other modules (option identify) send a refusal.
+/// Answers `#AAN` if the profile polls `#AA`. If the channel does not exist or is disabled, an OWEN
+/// module (option identify is false) is silent, and other modules send a refusal.
 std::optional<std::string> DconTwin::AnswerChannel(const std::string& command, Instant now) const {
   const Known* joined = Find("#");
   if (joined == nullptr || command.size() != 2 || command.front() != '#') return std::nullopt;

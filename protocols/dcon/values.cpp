@@ -38,7 +38,6 @@ bool AllAre(std::string_view text, char digit) {
   return text.find_first_not_of(digit) == std::string_view::npos;
 }
 
-/// Recognises the fault codes that the options list. Empty: the token is not such a code.
 std::optional<Field> ListedCode(std::string_view token, const Settings& settings) {
   if (Contains(settings.over, token)) return Above(token);
   if (Contains(settings.under, token)) return Below(token);

@@ -13,8 +13,8 @@ namespace baudgate::protocols::set4tm {
 namespace {
 
 const Bytes kLinkOnly = {kLinkTest};
-/// How often a probe of a meter that has never answered uses the other checksum (every fourth
-/// time), in case the meter is set to it. No meter takes this probe for a write.
+/// Every fourth probe of a meter that has never answered uses the other checksum, in case the meter
+/// is set to it. No meter takes this probe for a write.
 constexpr unsigned kOtherModeEvery = 4;
 
 }  // namespace
@@ -108,9 +108,9 @@ Request MeterRequests::Read(std::size_t query) {
   return request;
 }
 
-/// True if the task asks for the time of the latest latch before anything else. Also true for a
-/// background task if no archive job is due: the task was due for the latch broadcast, which the
-/// task of another meter may have sent meanwhile.
+/// True if the task asks for the time of the latest latch before anything else. A background task
+/// asks also if no archive job is due: the task was due for the latch broadcast, which the task of
+/// another meter has sent meanwhile.
 bool MeterRequests::AsksLatchTime(const Task& task, Instant now) const {
   if (!parts_.latched.tells()) return false;
   if (task.kind == Task::Kind::background)
@@ -145,7 +145,7 @@ struct MeterReplies::Row {
 
 const MeterReplies::Row MeterReplies::kRows[] = {
     // > 05 08 00
-    //   < 05 00 89 A2 61 …: the serial number is checked before the table is used
+    //   < 05 00 89 A2 61 …: TakeData has checked the serial number before
     //   < 05 01: the meter has no number
     {RequestKind::serial, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
@@ -156,16 +156,16 @@ const MeterReplies::Row MeterReplies::kRows[] = {
        return its.ReadRefused(step);
      }},
     // > 05 08 12
-    //   < 05 10 40 10 …: the type is learned before the table is used
-    //   < 05 01: the options may contain the constants
+    //   < 05 10 40 10 …: TakeData has stored the type before
+    //   < 05 01: the task goes on, because the options may contain the constants
     {RequestKind::question, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        its.parts_.identification.OnRefused(step.reply.pdu);
        return its.IsOwn(step) ? its.ReadRefused(step) : AskAgain();
      }},
     // > 05 08 14 50
-    //   < 05 00 00 12 …: the latch time is compared before the table is used
-    //   < 05 01: the latch time is never asked again
+    //   < 05 00 00 12 …: TakeData has compared the latch time before
+    //   < 05 01: the latch time is not asked again until refusals are forgotten
     {RequestKind::latch_time, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        its.parts_.latched.OnRefused();
@@ -177,7 +177,8 @@ const MeterReplies::Row MeterReplies::kRows[] = {
     //   < 05 01: there is no such record
     {RequestKind::record,
      [](auto& its, Step& step) {
-       // A task reads several records, and the channel can be opened again for each of them.
+       // A task reads several records. The channel can be opened again once for each record, not
+       // only once per task.
        its.parts_.session.OnTaskEnd();
        return its.parts_.archive.TakeRecord(step.reply.data, step.now);
      },
@@ -196,7 +197,7 @@ const MeterReplies::Row MeterReplies::kRows[] = {
        return its.parts_.archive.TakeRefusal(std::move(step.reply.answer), step.now);
      }},
     // > 05 08 23 01 00 …
-    //   < 05 01 …: points are read by mask from now on
+    //   < 05 01 …: all values are good, so points are read by mask from now on
     //   < 05 01: points are read by 08 1B
     {RequestKind::trial, [](auto& its, Step& step) { return its.TakeRead(step); },
      [](auto& its, Step&) {
@@ -268,9 +269,9 @@ Answer MeterReplies::TakeStatus(Step& step) {
   return Unread(step, std::move(answer));
 }
 
-/// Handles a poll whose last answer has no values, whether it answers the read or an earlier step
-/// (the meter has refused to open the channel). The points are read again sooner than with the next
-/// turn of their group, which may be tomorrow.
+/// Handles a reply without values. If it ends a poll (for example, the meter has refused to open
+/// the channel), the points are read again sooner than the period of their group, which may be a
+/// day.
 Answer MeterReplies::Unread(const Step& step, Answer answer) {
   const bool ends = step.task.kind == Task::Kind::poll && answer.then == Then::done;
   if (ends && parts_.reads.OnHeard(step.task.query, step.now)) answer.then = Then::replan;
@@ -285,7 +286,8 @@ bool MeterReplies::IsOwn(const Step& step) const {
   return step.task.kind == Task::Kind::poll && parts_.reads.Reads(step.reply.pdu, step.task.query);
 }
 
-/// Handles data that another request depends on, such as the type. A poll may read the same data.
+/// Handles data that the request of the task depends on, such as the type. A poll may read the same
+/// data for its points.
 Answer MeterReplies::TakePrelude(Step& step) {
   switch (step.task.kind) {
     case Task::Kind::poll:
@@ -307,7 +309,7 @@ Answer MeterReplies::TakePrelude(Step& step) {
   return answer;
 }
 
-/// Handles the data of a poll: the reply to its query, or to a request that must come before.
+/// Handles the data of a poll: the reply to its query, or to a request that goes before the query.
 Answer MeterReplies::TakeRead(Step& step) {
   Reply& reply = step.reply;
   if (AsksClock(reply.pdu)) AddDrift(step);
@@ -424,8 +426,8 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   return answer;
 }
 
-/// Handles a failed request. `request` need not be the latest: a request that waits behind a probe
-/// can fail without being sent.
+/// Handles a failed request. `request` need not be the latest: a request can fail without being
+/// sent, while the reply to a probe is awaited.
 Then MeterConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                   Instant now) {
   const auto parts = SplitFrame(request.bytes, parts_.settings.checksum);

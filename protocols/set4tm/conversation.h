@@ -33,8 +33,8 @@ struct MeterParts {
         session(settings) {}
 
   const config::Device& device;
-  /// Forgets all refusals of the meter except those of points, so that these requests are sent
-  /// again. `journals`: see MeterArchive::ForgetRefusals.
+  /// Forgets which requests the meter has refused, except the requests of points, so that they are
+  /// sent again. `journals`: see MeterArchive::ForgetRefusals.
   void ForgetRefusals(bool journals) {
     identification.ForgetRefusals();
     archive.ForgetRefusals(journals);
@@ -64,10 +64,11 @@ struct MeterParts {
 enum class RequestKind : std::uint8_t {
   latch,  ///< the latch broadcast, which no meter answers
   link,
-  /// Asks for the serial number in the other checksum mode; its reply serves the status only.
+  /// Asks for the serial number in the other checksum mode. The reply only shows in the status that
+  /// the option checksum is wrong.
   other_mode,
   open,
-  serial,    ///< asks for the serial number
+  serial,
   question,  ///< asks for the type or the ratios before a request that depends on them
   /// Asks for the time of the latest latch, which shows whether the broadcast was received.
   latch_time,
@@ -89,7 +90,8 @@ class MeterRequests {
  private:
   Request Make(RequestKind kind, View pdu);
   Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
-  /// Returns the request that the session needs first. Empty: the task's own request can be sent.
+  /// Returns the request that the session needs first (MeterSession::Need). Empty: the task's own
+  /// request can be sent.
   std::optional<Request> ForSession(const Task& task, Instant now);
   Request Own(const Task& task, Instant now);
   Request InOtherMode();
@@ -102,8 +104,8 @@ class MeterRequests {
   unsigned probes_ = 0;  // number of probes that were sent to a meter that has never answered
 };
 
-// MeterReplies decides what follows from a reply to a SET-4TM meter's request, by a table of
-// request kinds (conversation.cpp).
+// MeterReplies decides how a task continues after a reply of a SET-4TM meter, by a table of request
+// kinds (protocols/set4tm/conversation.cpp).
 class MeterReplies {
  public:
   explicit MeterReplies(MeterParts& parts) : parts_(parts) {}

@@ -23,8 +23,6 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return FormatAddress(*parsed);
 }
 
-/// Checks that the device has the options and points for the correction of its clock by the
-/// gateway.
 Status CheckClockCare(const config::Device& device, const Settings& settings) {
   constexpr Duration kLeast = 2s;
   constexpr Duration kMost = 120s;
@@ -127,8 +125,8 @@ std::vector<ConfigRemark> DoubtsOfRatios(const config::Device& device) {
   return doubts;
 }
 
-/// Returns warnings: points that are scaled twice, a latch without latched points, and events
-/// without a time zone.
+/// Returns warnings: points that have a scale although a ratio multiplies them already, a latch
+/// without latched points, and events without a time zone.
 std::vector<ConfigRemark> Doubts(const config::Device& device) {
   std::vector<ConfigRemark> doubts = DoubtsOfRatios(device);
   const Settings settings = ReadSettings(device.options);

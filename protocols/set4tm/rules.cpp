@@ -68,7 +68,8 @@ constexpr std::size_t kStatusBody = 1;
 Checksum ChecksumOf(const Expectation& expect) { return static_cast<Checksum>(expect.checksum); }
 
 /// True if the frame is a status with zeros after it (a break on the line), which must not be read
-/// as data. CRC-16 has no final XOR, so such a frame has a good CRC as well, and a good KS.
+/// as data. Zeros after a good frame keep its checksum good: CRC-16 has no final XOR, and KS is the
+/// XOR of the bytes.
 bool IsStatusAndZeros(View frame, Checksum checksum) {
   const std::size_t status = AddressLength(frame[0]) + kStatusBody + SizeOf(checksum);
   return frame.size() > status && EndsInChecksum(frame.first(status), checksum) &&
@@ -84,9 +85,9 @@ bool IsFromAnother(View frame, const Expectation& expect) {
 
 }  // namespace
 
-// Cuts requests. The code and its parameter define the length. A few parameters have an optional
-// byte: the shorter form is cut if its CRC is good. A code without a known length is cut only at
-// silence.
+// Cuts requests. The code and its parameter define the length. Some parameters have an optional
+// byte: the request is cut without it if the checksum fits. A code without a known length is cut
+// only at silence.
 Cut RequestRule(View held, const Expectation& expect, bool idle) {
   const Checksum checksum = ChecksumOf(expect);
   const std::size_t tail = SizeOf(checksum);
@@ -110,9 +111,9 @@ Cut RequestRule(View held, const Expectation& expect, bool idle) {
 }
 
 // Cuts replies. A reply repeats nothing of its request. A frame with the longest expected length
-// and a good CRC is cut at once. A shorter frame is cut only at silence, because the first bytes of
-// longer data can have a good CRC by chance. It is a status in place of data, or a late reply to
-// another request; the conversation distinguishes them by length.
+// and a good checksum is cut at once. A shorter frame is cut only at silence, because the first
+// bytes of longer data can have a good checksum by chance. It is a status in place of data, or a
+// late reply to another request; the conversation tells them apart by their lengths.
 Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   const Checksum checksum = ChecksumOf(expect);
   const int form = held[0] == kExtendedPrefix ? kExtendedForm : kShortForm;

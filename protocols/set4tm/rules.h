@@ -13,12 +13,12 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// Returns which replies can answer `request`. For an empty request: the form of requests, for
-/// twins.
+/// Returns which replies can answer `request`. If `request` is empty, returns what requests look
+/// like, which a simulated device (twin) needs.
 Expectation Expect(View request, const Settings& settings);
 
-// The rules below cut requests and replies out of the bytes of a line, for the frame assembler.
-// They have no state.
+// RequestRule and ReplyRule cut requests and replies out of the bytes of a line, for the frame
+// assembler. They have no state.
 
 /// The values of Shape::tag. A meter can be set to answer a request to its short address with its
 /// extended address (reference, chapter 2), so an expectation contains both forms.

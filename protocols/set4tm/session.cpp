@@ -101,8 +101,8 @@ void MeterMemory::Write() {
 
 namespace {
 
-/// How long the channel counts as open. The meter keeps it open for 20 s; it is opened again when a
-/// quarter of this time is left (reference, 14.5).
+/// How long the channel counts as open after the latest good reply. The meter keeps it open for 20
+/// s, so it is opened again when a quarter of the 20 s is left (reference, 14.5).
 constexpr Duration kChannelTrust = 15s;
 /// The maximum number of repeated openings (kReopens) and of repeated requests (kRepeats) in one
 /// task.
@@ -133,8 +133,8 @@ Bytes MeterSession::OpenPdu() const {
 
 void MeterSession::OnFailure(bool opens, Outcome outcome, Instant now) {
   if (opens) open_ = false;
-  // An odd reply after a refusal counts as another refusal. Otherwise each query would try the
-  // password again.
+  // If an odd reply comes when the channel is opened after a refusal, it counts as another refusal.
+  // Otherwise each query would try the password again.
   if (opens && outcome == Outcome::unexpected && trouble_.reason == Reason::password_refused) {
     memory_.OnRefused(now);
   }

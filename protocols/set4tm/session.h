@@ -28,8 +28,8 @@ namespace baudgate::protocols::set4tm {
 //
 //   serial 12345678; password 5A refused 1790000000 1790003600      (times in Unix seconds)
 //
-// 5A is a mark of the password. It changes with the password, so that a new password is tried
-// again, but does not reveal the password.
+// 5A is the mark of the password (MarkOf in protocols/set4tm/session.cpp). A new password almost
+// always has another mark, and is then tried at once. The mark does not reveal the password.
 class MeterMemory {
  public:
   /// Time from the first refusal of the password to the second and last try.
@@ -38,13 +38,14 @@ class MeterMemory {
 
   explicit MeterMemory(View password);
 
-  /// Restores the state. `text`: the text() from before the restart; empty on the first start.
+  /// Restores the state. `text`: the result of text() before the restart; empty on the first start.
   void Recall(std::string_view text, Now now);
   const std::string& text() const { return text_; }
-  /// True if Recall was called, so that text() is stored over restarts.
+  /// True if Recall was called: the program then stores text() over restarts.
   bool is_kept() const { return clock_.has_value(); }
 
-  /// Returns the serial number of the meter that answered first. Empty: no meter has answered yet.
+  /// Returns the serial number of the meter that has answered first, since OnEnabled or the first
+  /// start of the program. Empty: no meter has answered yet.
   std::optional<std::uint32_t> serial() const { return serial_; }
   void OnSerial(std::uint32_t serial);
   /// Call it when a person has accepted the connected meter: the next meter that answers becomes
@@ -56,8 +57,8 @@ class MeterMemory {
   void OnAccepted();
   /// True if the password was refused so often that it is not tried again before OnEnabled.
   bool given_up() const { return refused_.size() >= kMostTries; }
-  /// Returns the time until the next try of the password. If given_up(): for how long no request is
-  /// sent to the meter.
+  /// Returns the time until the next try of the password. If given_up(), returns how long the meter
+  /// gets no request at all.
   Duration Wait(Instant now) const;
 
  private:
@@ -65,9 +66,8 @@ class MeterMemory {
 
   const std::uint8_t mark_;  // see MarkOf
   std::optional<std::uint32_t> serial_;
-  // Times of the latest refusals of the password, at most kMostTries.
   std::vector<Instant> refused_;
-  std::optional<Now> clock_;  // empty: the civil time is unknown, so nothing is stored
+  std::optional<Now> clock_;  // empty: Recall was not called, so nothing is stored
   std::string text_;
 };
 
@@ -77,13 +77,15 @@ class MeterSession {
 
   enum class Need : std::uint8_t {
     nothing,
-    link,  ///< a link test, which proves that the meter is present; the password must not be tried
+    /// A link test, which proves that the meter is present when the password must not be tried.
+    link,
     open,
     serial,
   };
-  /// Returns what must be sent before the request of a task. A `probe` opens the channel to prove
-  /// that the meter is present, because the reply to a link test (00) equals its echo.
-  /// `wants_serial`: true if the serial number is needed even if none is configured or stored.
+  /// Returns what must be sent before the request of a task. For a `probe` this is an opening of
+  /// the channel if the password may be tried: its reply proves that the meter is present, but the
+  /// reply to a link test (00) equals its echo. `wants_serial`: true if the serial number is needed
+  /// even if none is configured or stored.
   Need NeedBefore(bool probe, bool wants_serial, Instant now) const;
   Bytes OpenPdu() const;
   /// True if the meter has accepted the password since the last reconnect.
@@ -99,7 +101,6 @@ class MeterSession {
     doubted_.reset();
     doubts_ = 0;
   }
-  /// Call it if a request was not answered. `opens`: true if the request was to open the channel.
   void OnFailure(bool opens, Outcome outcome, Instant now);
   void OnReconnect();
   /// Accepts the connected meter as the expected one and lets the password be tried again.
@@ -109,20 +110,19 @@ class MeterSession {
   /// Returns the trouble of the meter: the password is refused, or another meter answers.
   const DeviceTrouble& trouble() const { return trouble_; }
 
-  // Each of the functions below takes a reply and returns how the task continues.
-
   /// Takes the status `code` in the reply to OpenPdu.
   Answer TakeOpened(std::uint8_t code, Answer answer, bool probe, Instant now);
   /// True if the serial number must be asked again, because a damaged reply with a KS can look
-  /// correct. Two equal replies are needed.
+  /// correct. A number other than the expected one is believed when it comes twice, or after
+  /// kDoubts questions.
   bool Doubts(std::uint32_t serial);
   /// Takes the serial number of the meter. Returns false if it is not the expected meter.
   bool TakeSerial(std::uint32_t serial);
   /// Returns the answer to any request as long as another meter is connected.
   Answer OtherMeter() const;
   Answer TakeNoSerial(Answer answer);
-  /// Takes the refusal of the serial number if a poll has asked for it: the meter is accepted
-  /// without a number.
+  /// Accepts the meter without a serial number. Call it if a poll has read the number for a point,
+  /// the meter refuses it, and none is configured.
   void AcceptUnnamed() { verified_ = true; }
   bool needs_number() const { return settings_.serial_number.has_value(); }
   Answer TakePasswordRefused(Answer answer, Instant now);
@@ -141,11 +141,12 @@ class MeterSession {
   bool verified_ = false;
   bool accepted_ = false;
   Instant last_good_{};
-  int reopened_ = 0;  // this member and the next three count within the task under way
+  // Counts and the latest serial number of the task under way.
+  int reopened_ = 0;
   int repeated_ = 0;
   std::optional<std::uint32_t> doubted_;
   int doubts_ = 0;
-  // The members below keep their values over reconnects.
+  // memory_ and trouble_ keep their values over reconnects.
   MeterMemory memory_;
   DeviceTrouble trouble_;
 };

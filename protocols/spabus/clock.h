@@ -96,8 +96,8 @@ class ClockOffset {
   Offset Of(std::string_view data, std::size_t characters, Instant now, bool right) const;
 
  private:
-  std::optional<Instant> first_;  // when the request was sent for the first time
-  Now arrives_{};                 // when the request was sent last
+  std::optional<Instant> first_;  // when the last byte of the first request arrives
+  Now arrives_{};                 // when the last byte of the latest request arrives
   Duration character_{};
 };
 

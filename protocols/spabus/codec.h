@@ -1,5 +1,5 @@
 // Encodes requests of the SPA Bus as text and decodes them: addresses of items, and frames. Wire
-// format: README.md.
+// format: protocols/spabus/README.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,9 +18,9 @@ inline constexpr std::uint8_t kCr = 0x0D;
 inline constexpr std::uint8_t kLf = 0x0A;
 /// The slave number for requests to all slaves, which no slave answers.
 inline constexpr unsigned kBroadcast = 900;
-/// kMaxLine: maximum number of characters in a line that the gateway sends. kLongestLine: in a line
-/// that it accepts (devices older than version 2.1 of the protocol send 256). kMaxLines: maximum
-/// number of lines in a continued reply that it accepts.
+/// The gateway sends lines of at most kMaxLine characters. It accepts lines of at most kLongestLine
+/// characters, because devices older than version 2.1 of the protocol send 256, and replies of at
+/// most kMaxLines lines.
 inline constexpr std::size_t kMaxLine = 255;
 inline constexpr std::size_t kLongestLine = 256;
 inline constexpr std::size_t kMaxLines = 16;
@@ -80,12 +80,11 @@ struct Command {
 Command ReadOf(unsigned slave, const Address& first, std::uint32_t last_number);
 Command WriteOf(unsigned slave, const Address& address, std::string data);
 
-/// Returns the whole frame with its CR. `wildcard`: true to send XX in place of the checksum.
 Bytes Encode(const Command& command, bool wildcard);
 
 /// The content of a frame between `>` and CR, as a slave reads it.
 struct ReceivedRequest {
-  std::optional<unsigned> slave;   ///< empty: the frame has no slave number
+  std::optional<unsigned> slave;
   bool intact = false;             ///< true: the checksum is right, or is XX
   std::optional<Command> command;  ///< empty: the syntax is wrong
   std::size_t data_at = 0;         ///< offset of Command::data in the frame

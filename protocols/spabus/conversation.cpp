@@ -15,9 +15,9 @@ namespace {
 
 bool AreNeighbours(std::uint32_t a, std::uint32_t b) { return a + 1 == b || b + 1 == a; }
 
-/// True if the point is read together with the same item of other channels: 1I1, 2I1, 3I1.
-/// Neighbours in the same channel are preferred. Channel 0 never counts, because it contains the
-/// items that are common to all channels.
+/// True if the point is read together with the same item of other channels: 1I1, 2I1, 3I1. A point
+/// that has a neighbour in its own channel is read with this neighbour. Channel 0 never counts,
+/// because it contains the items that are common to all channels.
 bool IsAcross(const ReadPoint& point, std::span<const ReadPoint> points) {
   const Address& own = point.address;
   if (!own.number || own.channel == 0) return false;
@@ -130,9 +130,10 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant
   return plan_.OnRefused(query, now) != PlanChange::nothing;
 }
 
-/// Handles a failed query for several items. Some relays do not support ranges of channels: they
-/// send nothing then, or only one value. If the relay is silent to several items of one channel,
-/// but answers other requests, it is asked for fewer items at once.
+/// Handles a failed query for several items. Some relays do not support a range of channels and
+/// answer it with nothing, or with only one value: after two failures no such range is requested.
+/// If the relay is silent to several items of one channel, but answers other requests, it is asked
+/// for fewer items at once.
 bool ItemReads::OnFailure(std::size_t query, Outcome outcome, Instant now) {
   const bool silent = outcome == Outcome::no_reply;
   if (!silent && outcome != Outcome::unexpected) return false;
@@ -223,8 +224,8 @@ class SpaConversation final : public Conversation {
   void OnEnabled() override { writes_.OnEnabled(); }
 
   Result<Request> Ask(const Task& task, Instant now) override {
-    // A probe reads F, too, so its reply also answers a question for the name that waits behind the
-    // probe.
+    // A probe reads the name F, too. If a request for the name waits until the probe ends,
+    // identity_ still expects the name, and takes it from the reply to the probe.
     const bool is_probe = task.kind == Task::Kind::probe;
     if (!is_probe) identity_.OnAsk();
     const auto clock = clock_.Due(ClockSettingsOf(settings_), now);
@@ -426,7 +427,7 @@ class SpaConversation final : public Conversation {
     return request;
   }
 
-  /// Returns the checksum variant that the user has chosen; 0: no variant is chosen, it is learned.
+  /// Returns the checksum variant that the option continuation_checksum names; 0: it is learned.
   int PinnedReading() const {
     const int chosen = ChecksumBits(settings_) & kCoversAny;
     return chosen == kCoversAny ? 0 : chosen;

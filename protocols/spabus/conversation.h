@@ -24,8 +24,9 @@ namespace baudgate::protocols::spabus {
 // MakePlan plans how the points of a device are read: items with consecutive numbers share a
 // request, or else the same item of consecutive channels.
 
-/// Items of one category that one request can read. Their places are consecutive numbers in one
-/// channel (1I1, 1I2, 1I3), or consecutive channels with one number (1I1, 2I1, 3I1; `across`).
+/// Items of one category that one request can read: consecutive numbers in one channel (1I1, 1I2,
+/// 1I3), or, if `across`, one number in consecutive channels (1I1, 2I1, 3I1). The places in a block
+/// of the plan are these numbers or channels.
 struct Row {
   char category = 'I';
   bool across = false;
@@ -50,11 +51,10 @@ ItemPlan MakePlan(std::span<const ReadPoint> points, const RequestLimits& limits
 Command ReadOf(unsigned slave, const Block<Row>& block);
 
 // ItemReads chooses the requests that read the points of one relay, and learns from refusals: fewer
-// items in one request, no range of channels, one value in one write. It learns the same if the
-// relay is silent to several items, but answers other requests.
+// items in one request, no range of channels, one value in one write. Silence to a read of several
+// items counts as a refusal, too, if the relay answers other requests.
 //
 //   > >1R1/3I1:   < <1N:7:      no ranges of channels from now on: >1R1I1:
-//
 class ItemReads {
  public:
   ItemReads(const config::Device& device, const Settings& settings);
@@ -112,12 +112,12 @@ class RelayIdentity {
  public:
   explicit RelayIdentity(const config::Identity& identity) : identity_(identity) {}
 
-  /// Call it when a new request is made. If a request for the name still waits to be sent, it must
-  /// be made again.
+  /// Call it when a request is made that is not a probe. A request for the name that was not sent
+  /// is then forgotten, and WantsName asks for the name again.
   void OnAsk() { asked_ = false; }
   bool WantsName();
-  /// Returns true if the request that was answered or has failed was for the name; false at the
-  /// next call.
+  /// Returns true if the request that was answered or has failed was for the name. The next call
+  /// returns false.
   bool TakeAsked() { return std::exchange(asked_, false); }
   Answer TakeName(Answer answer);
   /// Call it if the name was not answered. Silence contradicts no profile, so the next poll reads

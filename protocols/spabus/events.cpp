@@ -88,14 +88,14 @@ namespace {
 constexpr Address kEvents{0, 'L', std::nullopt};
 constexpr Address kBackup{0, 'B', std::nullopt};
 constexpr Address kStatus{0, 'C', std::nullopt};
-/// How many tasks in a row a relay must ignore B, while it answers other requests, to count as a
-/// relay that does not support B. It must never have answered B.
+/// A relay that ignores B in this many tasks in a row counts as a relay that does not support B,
+/// unless it has answered B since the program started.
 constexpr int kSilentBackups = 3;
-/// How often in a row a relay must refuse L to count as a relay that does not support L. A relay
-/// that has answered L is asked again, because an apparent refusal can be a damaged reply, or a
-/// reply of another device.
+/// A relay that refuses L this often in a row counts as a relay that does not support L, unless it
+/// has answered L since the port was opened: an apparent refusal can be a damaged reply, or a reply
+/// of another device.
 constexpr int kMostRefusals = 3;
-/// After this many failures in a row the status has a remark.
+/// After this many failed requests in a row the status of the device has a remark.
 constexpr int kManyFailures = 10;
 /// Within this time two different events cannot have the same text, because events contain the time
 /// within a minute.
@@ -160,7 +160,8 @@ Answer EventSession::OnEvents(Exchange exchange, bool again, Instant now) {
   if (batch.events.empty()) {
     if (again && held_ && held_->said != last_) return ReportHeld(now);
     if (again) {
-      held_.reset();  // the reply to L was a late copy of the batch before
+      // B is empty, so the reply to L, if it is held, was a late copy of the latest batch.
+      held_.reset();
       return GoOn();
     }
     batch.drained = true;
@@ -174,8 +175,8 @@ Answer EventSession::OnEvents(Exchange exchange, bool again, Instant now) {
   } else if (held_ && held_->said == batch.said) {
     return ReportHeld(now);
   } else if (held_ && rechecks_) {
-    // One of the two batches is damaged, so the question is repeated. The task ends here, so that
-    // other tasks get their turn if this repeats.
+    // The two readings of the batch differ, so one of them is damaged, and B is repeated. The task
+    // ends here, so that other tasks get their turn if the readings differ again and again.
     Answer answer = Hold(std::move(batch.said), true);
     answer.then = Then::done;
     return answer;
@@ -221,8 +222,8 @@ Answer EventSession::OnStatus(const Exchange& exchange, Instant now) {
   return held_ ? ReportHeld(now) : GoOn();
 }
 
-/// Handles a refusal. If B or C is refused, L is sent without it. A relay that does not support L
-/// is not asked again.
+/// Handles a refusal. If B or C is refused, the task goes on without this request. A relay that
+/// does not support L (kMostRefusals) is not asked for events again.
 Answer EventSession::OnRefused(Step step, Exchange exchange, Instant now) {
   Answer answer = std::move(exchange.answer);
   answer.readings.clear();
@@ -260,7 +261,7 @@ Then EventSession::OnFailure(Outcome outcome) {
   silent_backups_ = silent ? silent_backups_ + 1 : 0;
   if (silent_backups_ >= kSilentBackups && !answers_backup_) {
     owes_backup_ = knows_backup_ = false;
-    owes_status_ = true;  // the held batch is reported after the status
+    owes_status_ = true;  // OnStatus then reports the batch in held_
   }
   return Then::done;
 }

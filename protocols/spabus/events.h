@@ -1,5 +1,5 @@
 // Parses and prints events in the form of a relay: "12.345 0E1/12.410 0E3". The form is inferred in
-// part (README.md), so text that does not fit is stored as text and never dropped.
+// part (protocols/spabus/README.md), so text that does not fit is stored as text and never dropped.
 //
 //   "12.345 0E1"       {channel 0, code 1, 12.345 s of a minute}
 //   "12.345 2E17 0.5"  {channel 2, code 17, …, "0.5"}
@@ -22,7 +22,7 @@ namespace baudgate::protocols::spabus {
 /// Codes of events that every relay can send, independent of its masks. After kRestarted the
 /// relay's clock starts again, and its event register is empty.
 inline constexpr std::uint32_t kRestarted = 50;
-inline constexpr std::uint32_t kOverflow = 51;  ///< events after this event are lost
+inline constexpr std::uint32_t kOverflow = 51;  ///< events after this event were lost
 
 constexpr bool IsEventList(char category) { return category == 'L' || category == 'B'; }
 
@@ -44,28 +44,29 @@ std::string PrintEvent(const DeviceEvent& event);
 //   L, answered without events                 done: the relay has no more events
 //   L, lost or damaged                         B until it is answered: L would remove the events
 //                                              that the relay has just sent
-//   L, answered with the last batch again      B: maybe a late reply to an earlier request; if B
-//                                              gives the batch, too, they are new events with the
-//                                              same text
+//   L, answered with the last batch again      B, because the answer may be a late reply to an
+//                                              earlier request; if B gives this batch, too, they
+//                                              are new events with the same text
 //   L, answered with events, where damage      B until two replies agree: else a wrong event could
 //   may be undetected (recheck)                be stored, and the true one lost
 //   L, refused                                 L at the next poll; a relay that has never answered
 //                                              L, and refuses it three times, is not asked again
-//   a batch whose sender is uncertain          B, as after a lost L
+//   an answer whose sender is uncertain        B, as after a lost L
 //   restarted (E50), overflow (E51)            C; a value other than 0 is cleared (WC:0), and all
 //                                              points are read again
 //
-// The store of events decides whether a batch from B is old, because only the store has the batches
-// from before a restart (EventBatch::again).
+// The store of events decides whether a batch from B was stored before, because only the store
+// remembers the batches from before a restart of the program (EventBatch::again).
 class EventSession {
  public:
-  /// `wanted`: true if the configuration asks for events. `rechecks`: true if a damaged reply can
-  /// look undamaged, so batches are read twice.
+  /// `wanted`: true if the configuration asks for events. `rechecks`: true if damage can be
+  /// undetected (option recheck), so that each batch is read a second time by B.
   EventSession(bool wanted, bool rechecks) : wanted_(wanted), rechecks_(rechecks) {}
 
   /// True if events are wanted, and the relay does not refuse L.
   bool has_events() const;
-  /// Returns why no events come, if they have failed for a long time; else no trouble.
+  /// Returns why no events come: L is refused, or kManyFailures requests have failed in a row; else
+  /// no trouble.
   const DeviceTrouble& remark() const;
 
   Command Next(unsigned slave);

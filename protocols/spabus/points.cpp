@@ -299,7 +299,8 @@ bool IsAllowed(const std::string& text, const config::Point& point) {
   return !(min && shown < *min - slack) && !(max && shown > *max + slack);
 }
 
-/// Returns the text for a number. It fails if the number is out of the range of the point's type.
+/// Returns the text for a number, rounded to the point's decimals. Fails if rounding gives 0, or a
+/// number outside the range that may be written.
 Result<std::string> EncodeNumber(double number, const config::Point& point) {
   const std::size_t decimals = MostDecimals(point);
   std::string text = RoundTo(Shortest(number, point.type), decimals);

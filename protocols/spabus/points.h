@@ -21,7 +21,7 @@ struct ReadPoint {
   Address address;
   std::size_t index = 0;
   const config::Point* point = nullptr;
-  /// True: the point is the clock offset of the relay (clock.h); its address is T.
+  /// True: the point is the clock offset of the relay (ClockOffset); its address is T.
   bool offset = false;
 };
 std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points);
@@ -36,11 +36,8 @@ std::vector<ConfigRemark> DoubtsOf(const config::Device& device);
 
 std::span<const DecoderSpec> DecoderTable();
 
-// DecodeValue, GuessValue, EncodeValue and PrintValue convert between values and their text on the
-// SPA Bus.
-
-/// Decodes a text by the point's type. A text of another type gives no number: an empty text is a
-/// sensor failure, any other means that the profile is wrong.
+/// Decodes a text by the point's type. For a point with a number, an empty text is a sensor
+/// failure, and any other text that is no number of this type means that the profile is wrong.
 Decoded DecodeValue(std::string_view text, const config::Point& point);
 
 /// Decodes a text that belongs to no point: to a number if it is one, else to a text.
@@ -54,7 +51,8 @@ Result<std::string> EncodeValue(const Value& value, const config::Point& point);
 
 /// Returns the text that a slave sends for a value. A boolean is 0 or 1; an integer without a scale
 /// has no decimals. Any other number is rounded to the point's decimals (4 if none are configured);
-/// trailing zeros after the second decimal are dropped. Empty: the number is not finite.
+/// trailing zeros after the second decimal are dropped. In a text, '-' replaces characters that the
+/// bus does not allow. Empty: the number is not finite.
 std::string PrintValue(const Value& value, const config::Point& point);
 
 }  // namespace baudgate::protocols::spabus

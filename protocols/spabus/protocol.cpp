@@ -1,3 +1,4 @@
+// The descriptor of the SPA Bus protocol: options, decoders, times, checks and functions.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/protocol.h"
 
@@ -20,8 +21,8 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return std::to_string(*slave);
 }
 
-/// The times of the bus. They are those of known masters (README.md names the sources), because the
-/// chapter of the specification is not public.
+/// The times of the bus. They are those of known masters (protocols/spabus/README.md names the
+/// sources), because the chapter of the specification is not public.
 constexpr TimingRule kTiming = {
     .quiet = {.least = 5ms, .characters = 5},
     .reply = {.least = 500ms},
@@ -29,8 +30,8 @@ constexpr TimingRule kTiming = {
     .drain = {.least = 100ms, .characters = 40},
     .longest = kMaxReply,
     .gaps = 0,
-    // The limit is ten seconds, or the time of two whole lines if this is longer, so that a slow
-    // device does not block other devices for minutes. Sixteen lines take 4.3 s at 9600 bit/s.
+    // A reply may take ten seconds, or the time of two whole lines if this is longer, so that a
+    // slow device does not block other devices for minutes. Sixteen lines take 4.3 s at 9600 bit/s.
     .longest_time = {.least = 10s, .characters = 2 * (kMaxLine + 2)}};
 
 /// True if the point reads an S item, of the slave ("S21") or of a channel ("14S3").

@@ -12,7 +12,7 @@ namespace baudgate::protocols::spabus {
 namespace {
 
 // The rules for NACK 0 to 9, by code. Codes and meanings are those of Arcteq's table of SPA error
-// codes; the reactions are chosen by this project (README.md).
+// codes; the reactions are chosen by this project (protocols/spabus/README.md).
 constexpr NackRule kRules[] = {
     {Outcome::corrupt,
      "the device saw a checksum or parity error; check wiring, termination and bit rate",
@@ -74,7 +74,6 @@ namespace {
 
 constexpr std::string_view kLineBreak = "&\r\n";
 
-/// Returns the frame without its line end (CR or CR LF).
 std::string_view Body(View frame) {
   std::string_view text = AsText(frame);
   if (!text.empty() && text.back() == '\n') text.remove_suffix(1);

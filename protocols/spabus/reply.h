@@ -19,8 +19,9 @@ namespace baudgate::protocols::spabus {
 
 // NackRule is the meaning of a refusal of a slave (NACK 0…9), and the reaction of the master.
 
-/// Codes with a special reaction: 3, the request asks for too much; 5, it is not understood; 7, not
-/// now, for example without the password; 9, any other error.
+/// NACK codes with a special reaction: 3, the request asks for too much; 5, the request is not
+/// understood; 7, the item cannot be read or written now, for example without the password; 9, any
+/// other error.
 inline constexpr int kTooComplicated = 3;
 inline constexpr int kSyntax = 5;
 inline constexpr int kNotNow = 7;
@@ -43,7 +44,6 @@ struct NackRule {
 
 const NackRule& RuleOf(int code);
 
-/// Returns a text for the log: "NACK 6: some of the data does not exist in the device; …".
 std::string Explain(int code);
 
 /// Bits of Expectation::checksum. The first four are variants of what the checksum of a continued
@@ -80,9 +80,9 @@ int MatchingReadings(View frame, bool line_feed_covered);
 
 bool ChecksumPasses(View frame, int accepted);
 
-/// The functions below encode replies; their frames begin with LF and end in CR LF. `reading`: how
-/// the slave computes checksums, one of kCovers…, with or without kLineFeedCovered. EncodeData
-/// returns nothing if the data is too long.
+/// EncodeData, EncodeAck and EncodeNack encode replies; their frames begin with LF and end in CR
+/// LF. `reading`: how the slave computes checksums, one of kCovers…, with or without
+/// kLineFeedCovered. EncodeData returns nothing if the data needs more than kMaxLines lines.
 std::optional<Bytes> EncodeData(unsigned slave, std::string_view data, int reading);
 Bytes EncodeAck(unsigned slave, int reading);
 Bytes EncodeNack(unsigned slave, int code, int reading);
@@ -91,7 +91,6 @@ Bytes EncodeNack(unsigned slave, int code, int reading);
 // The conversations of a line share it; each matching reply excludes variants.
 class ContinuationChecksum {
  public:
-  /// Returns the variants that are accepted for the next reply.
   int accepted() const { return accepted_; }
   /// Call it if a continued reply was right under the variants `matching`.
   void Confirm(int matching);
@@ -112,7 +111,7 @@ class ContinuationChecksum {
 struct Exchange {
   Answer answer;
   std::optional<Command> command;  ///< the request; empty: the request could not be parsed
-  std::optional<int> nack;         ///< the code of the refusal, if the right slave has refused
+  std::optional<int> nack;         ///< the code of the refusal, if the requested slave has refused
   std::string data;                ///< the data in the reply to a read, as received
 };
 

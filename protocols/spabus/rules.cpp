@@ -72,14 +72,15 @@ Expectation Expect(View request, const Settings& settings) {
 //                                                    <1D:0.52/1:60     two values
 //   < 0A 3C 31 41 3A 37 36 0D 0A                     <1A:76            a write is acknowledged
 //   < 0A 3C 31 4E 3A 35 3A 37 36 0D 0A               <1N:5:76          refused, code 5
-//   < 0A 3C 33 44 3A 31 2E 30 30 26 0D 0A 30 2F ... 3A CC CC 0D 0A     continued behind & CR LF
+//   < 0A 3C 33 44 3A 31 2E 30 30 26 0D 0A 30 2F ... 3A CC CC 0D 0A     & CR LF: the reply goes on
 //
 // A message contains no second `<` or `>`, so each of them ends an incomplete message before it.
-// Fibre rings return every request to the master.
+// Fibre rings return every request to the master, so a request among replies is skipped as an echo.
 
 namespace {
 
-/// The result of following a message from its first byte.
+/// The result of ScanText: `open`: the message may go on; `whole`: CR ends it; `broken`: the bytes
+/// are no message.
 struct Scan {
   enum class State { open, broken, whole } state = State::open;
   /// For `whole`: length of the message with its CR; for `broken`: number of bytes that are not a
@@ -88,8 +89,8 @@ struct Scan {
   std::string_view why;
 };
 
-/// Follows a message from its start character to the CR at its end. `may_continue`: `&` in front of
-/// CR continues the message in another line.
+/// Searches the end of a message, which begins at its start character and ends in CR.
+/// `may_continue`: `&` in front of CR continues the message in another line, as in replies.
 Scan ScanText(View held, bool may_continue) {
   std::size_t line_start = 0;
   std::size_t lines = 1;
@@ -115,8 +116,7 @@ Scan ScanText(View held, bool may_continue) {
   return {};
 }
 
-/// Skips the bytes in front of the next message. CR and LF, which end the message before, are
-/// harmless.
+/// Skips the bytes in front of the next message. CR and LF among them do not count as damage.
 Cut SkipTo(View held, std::string_view starts) { return cut::SkipNoise(held, starts, "\r\n"); }
 
 /// Skips a request that a fibre ring has returned.
@@ -252,7 +252,6 @@ constexpr std::size_t kShortest = 6;
 
 std::string Slave(unsigned slave) { return "slave " + std::to_string(slave); }
 
-/// Recognises a message that has a right check value, but not the form of a reply.
 std::optional<Recognised> OtherForm(View message) {
   if (ParseReply(message) || MatchingReadings(message, false) == 0) return std::nullopt;
   return Recognised{Recognised::What::other_reply,

@@ -14,17 +14,17 @@
 
 namespace baudgate::protocols::spabus {
 
-/// Returns which replies can answer `request`. For an empty request: the form of requests, for
-/// twins.
+/// Returns which replies can answer `request`. If `request` is empty, returns what requests look
+/// like, which a simulated device (twin) needs.
 Expectation Expect(View request, const Settings& settings);
 
 /// Cuts replies, `<` … CR [LF], that have right syntax and a checksum that is right under
-/// expect.checksum (reply.h). The LF before `<` and echoes of requests are dropped and not counted
+/// expect.checksum (kCovers…). The LF before `<` and echoes of requests are dropped and not counted
 /// as damage.
 Cut ReplyRule(View held, const Expectation& expect, bool idle);
 
-/// Cuts requests, `>` … CR, for twins. A wrong checksum is accepted, because a slave answers it
-/// with NACK 0.
+/// Cuts requests, `>` … CR, for simulated devices (twins). A wrong checksum is accepted, because a
+/// slave answers it with NACK 0.
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 
 // The requests of a scan on an unknown bus: only `F` (type designation), with a real checksum and
@@ -32,9 +32,8 @@ Cut RequestRule(View held, const Expectation& expect, bool idle);
 
 extern const ScanRule kScan;
 
-// The rule for telegrams typed by hand: it completes the checksum, in place of XX if the telegram
-// has it, and decides which telegrams are certainly reads. `L` is not a read, because it takes
-// events out of the relay.
+// The rule for telegrams typed by hand. It adds a checksum that is missing or XX, and decides which
+// telegrams are certainly reads. `L` is not a read, because it takes events out of the relay.
 
 extern const TelegramRule kTelegram;
 

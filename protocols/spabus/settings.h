@@ -17,14 +17,14 @@ namespace baudgate::protocols::spabus {
 /// The items of the password: V160 opens the password, V161 closes or changes it.
 inline constexpr Range kPasswordItems{160, 161};
 
-/// The part of a reply in several lines that its checksum covers (reply.h). The enumerators are in
+/// The part of a reply in several lines that its checksum covers (kCovers…). The enumerators are in
 /// the order of the words in the option table.
 enum class Continuation : std::uint8_t { learned, all, no_line_ends, characters, last_line };
 
 struct Settings {
   std::size_t max_items = 8;
-  std::size_t write_items = 1;  ///< maximum number of items in one write
-  std::int64_t password = 0;    ///< password of the device; 0: the device needs none
+  std::size_t write_items = 1;
+  std::int64_t password = 0;  ///< password of the device; 0: the device needs none
   bool send_wildcard = false;
   bool accept_wildcard = true;
   bool line_feed_in_checksum = false;

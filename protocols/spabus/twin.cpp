@@ -18,7 +18,7 @@ namespace {
 constexpr int kDamaged = 0;
 constexpr int kMissing = 6;
 constexpr int kBadValue = 8;
-/// The maximum number of items in a request that the twin answers: a reply cannot contain more.
+/// The twin refuses requests for more items than this.
 constexpr std::size_t kMostItems = 500;
 
 constexpr std::size_t kRegister = 65;
@@ -184,7 +184,7 @@ Bytes SpaTwin::WritePassword(std::uint32_t item, const std::string& data) {
   const auto number = ParseInteger<std::int64_t>(data);
   if (!number || *number < 0 || *number > 999) return Nack(kBadValue);
   const bool opening = item == kPasswordItems.first;
-  if (password_ == 0) return EncodeAck(reply_as_, reading_);  // this device needs no password
+  if (password_ == 0) return EncodeAck(reply_as_, reading_);
   if (opening) {
     if (*number != password_) return Nack(kNotNow);
     open_ = true;

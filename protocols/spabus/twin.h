@@ -14,10 +14,11 @@
 
 namespace baudgate::protocols::spabus {
 
-/// Simulates a relay. It is silent to requests for other slaves, broadcasts and frames without a
-/// slave number. It answers NACK 0 for a wrong checksum, 3 for a request whose reply would be too
-/// long, 5 for wrong syntax, 6 for items that the profile lacks, 7 for items that cannot be read or
-/// written now, 8 for a value that the item does not accept, for example with too many decimals.
+/// SpaTwin is silent to requests for other slaves, broadcasts and frames without a slave number.
+/// NACK 0 answers a wrong checksum, 3 a request whose reply would be too long, 5 wrong syntax, 6
+/// items that the profile lacks, and 7 items that cannot be read or written now. NACK 8 answers a
+/// value that the item does not accept, for example with too many decimals.
+///
 /// Its register holds 65 events, like that of an SPCJ 4D28; each L takes five events out, and B
 /// repeats them. If a write has several values, those before the first refused value are stored.
 class SpaTwin final : public Twin {
@@ -44,7 +45,7 @@ class SpaTwin final : public Twin {
   TwinPoints<Address> points_;
   unsigned slave_;
   unsigned reply_as_;
-  int reading_ = 0;  ///< the checksum variant of the twin (reply.h)
+  int reading_ = 0;  ///< the checksum variant of the twin, one of kCovers…
   std::size_t write_items_ = 1;
   std::int64_t password_ = 0;
   bool open_ = false;

@@ -69,7 +69,7 @@ namespace {
 
 constexpr Address kOpenPassword{0, 'V', 160};
 constexpr Address kClosePassword{0, 'V', 161};
-/// The maximum number of requests that close the password: a lost request is sent once more.
+/// The maximum number of requests that close the password: one more if the first is not answered.
 constexpr int kMostClosings = 2;
 
 bool AreSame(std::span<const PointValue> a, std::span<const PointValue> b) {
@@ -78,8 +78,8 @@ bool AreSame(std::span<const PointValue> a, std::span<const PointValue> b) {
   });
 }
 
-/// True if the device has read the request to close the password and refuses it, even if nothing
-/// was open.
+/// True if the device has read the request to close the password and has refused it. Then it is not
+/// repeated: a device also refuses it if nothing is open.
 bool IsFinal(const Answer& answer) {
   return answer.outcome == Outcome::refused || answer.outcome == Outcome::unsupported;
 }
@@ -118,7 +118,7 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task,
 }
 
 std::optional<Command> WriteSession::Leftover(unsigned slave) {
-  // If a step is left, the latest write has ended before its request was sent.
+  // If step_ is not idle, the latest write has ended before the request of this step was sent.
   if (step_ != Step::idle) End();
   if (closings_ >= kMostClosings) return std::nullopt;
   if (unsettled_ && !password_refused_) {
@@ -129,11 +129,11 @@ std::optional<Command> WriteSession::Leftover(unsigned slave) {
 }
 
 void WriteSession::OnLeftover(const Answer& answer, std::optional<int> nack) {
-  // Other outcomes are followed by a failure, which counts the closing.
+  // After an outcome that does not prove life a failure follows, which counts this closing.
   if (ProvesLife(answer.outcome)) ++closings_;
   if (unsettled_) {
-    // An answer to the command that opens the password that is neither "ok" nor a NACK leaves the
-    // password perhaps open, so Leftover returns the command again.
+    // If the reply to the command that opens the password is neither "ok" nor a NACK, the password
+    // may be open. unsettled_ then stays true, so Leftover returns this command again.
     unsettled_ = answer.outcome != Outcome::ok && !nack;
     maybe_open_ = answer.outcome == Outcome::ok;
     password_refused_ = nack && RuleOf(*nack).judged && !RuleOf(*nack).missing;
@@ -198,8 +198,8 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
   return answer;
 }
 
-/// Returns the answer to the write. A single value that was refused was not stored: NACK 7 and 9
-/// mean that it cannot be stored now, other codes that it never can.
+/// Returns the answer to the write. A single value that was refused was not stored. After NACK 9,
+/// and after NACK 7 of a device with a password, it may be stored later, so the outcome is `busy`.
 Answer WriteSession::Written(Answer answer, std::optional<int> nack) const {
   if (!nack || !RuleOf(*nack).judged) return answer;
   if (values_.size() > 1) {

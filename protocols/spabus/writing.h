@@ -48,15 +48,15 @@ class WriteSession {
   /// Handles the decoded reply to the current step. Returns the answer of the task; in the last
   /// step the answer contains the outcome of the write itself.
   Answer OnAnswer(Answer answer, std::optional<int> nack);
-  /// Handles a failed exchange; it can also follow an OnAnswer with a useless frame. `closes`: true
-  /// if the request should have closed the password.
+  /// Handles a failed exchange. OnAnswer may have been called before with a frame that was no good
+  /// reply. `closes`: true if the request should have closed the password.
   Then OnFailure(Outcome outcome, bool closes);
 
-  /// Returns the command that closes a password that an earlier task has left open. Empty: no
-  /// password is open, or kMostClosings closings got no answer. Call it before a device that
-  /// answers is read, because the next write may be far away. After OnUnsettledWrite the command
-  /// opens the password first. The call itself is not counted, because the request may wait and be
-  /// asked for again.
+  /// Returns the command that closes a password that an earlier task has left open; after
+  /// OnUnsettledWrite, first the command that opens the password. Empty: no password is open, or
+  /// kMostClosings commands were sent in vain. Call it before each read of a device that answers,
+  /// because the next write may be far away. The call itself is not counted, because its request
+  /// may wait and be made again.
   std::optional<Command> Leftover(unsigned slave);
   void OnLeftover(const Answer& answer, std::optional<int> nack);
   Then OnLeftoverFailure(Outcome outcome);
@@ -90,7 +90,8 @@ class WriteSession {
   Step step_ = Step::idle;  ///< the step that the next command makes
   std::vector<PointValue> values_;
   Answer result_;
-  int closings_ = 0;  ///< how many closings in a row have ended, with or without an answer
+  /// How many requests to close the password have ended in a row, with or without an answer.
+  int closings_ = 0;
   bool password_refused_ = false;
   bool maybe_open_ = false;  ///< true: the password was sent, and no closing was answered since
   bool unsettled_ = false;   ///< true: a write before a restart may have left the password open

@@ -24,8 +24,8 @@ constexpr std::size_t kShortReply = 16;
 constexpr std::size_t kLongReply = 88;
 constexpr std::array<std::uint8_t, 4> kShortTypes = {0, 2, 4, 9};
 
-/// Returns the request for a parameter of a load profile. The number of profile 1 is left out,
-/// because all meters support this form.
+/// Returns the request for a parameter of a load profile. For profile 1 the profile number is left
+/// out, because all meters support this form.
 Bytes Ask(std::uint8_t parameter, unsigned profile) {
   Bytes pdu = {kRead, parameter};
   if (profile > 1) pdu.push_back(static_cast<std::uint8_t>(profile - 1));
@@ -209,8 +209,8 @@ constexpr std::size_t kRegisters = 4;
 constexpr std::array<const char*, kRegisters> kNames = {"active_import", "active_export",
                                                         "reactive_import", "reactive_export"};
 constexpr months kMostMonths(11);
-/// How many days back readings are read. Days are numbered within the month, so up to 27 days back
-/// every number is unique.
+/// How many days back billing readings are read. A request names only the day of the month, and
+/// each of these days occurs once in 28 days.
 constexpr days kMostDays(27);
 
 const Bytes kAskClock = {kJournal, 0x00};
@@ -281,7 +281,7 @@ std::string BillingSession::Said(BillingPeriod kind, Day day) const {
 }
 
 /// Returns the beginning of the oldest day or month whose reading the meter may have and that is
-/// not stored yet. Empty: all readings are stored, or the period is paused or refused.
+/// not stored yet. Empty: all readings are stored, or none is requested now (rests_until, refused).
 std::optional<BillingSession::Day> BillingSession::NextOf(const Period& period) const {
   if (period.refused || period.rests_until > latest()) return std::nullopt;
   const bool by_day = period.kind == BillingPeriod::day;
@@ -447,7 +447,7 @@ std::string BillingSession::Shown() const {
 
 namespace {
 
-/// All values of load profiles and billing readings are counts of energy, so their conversion needs
+/// The values of load profiles and billing readings are counts of energy. They are converted with
 /// the same constants as a point with this field.
 const Match kCount = {kNoPoint, Field{{}, Decoder::energy, 0, 0}};
 

@@ -1,6 +1,6 @@
-// MeterArchive reads the records that a meter stores: journals, which become events, and load
-// profiles (LoadSession) and billing readings (BillingSession), which are read in the background.
-// It runs these three jobs and joins their stored states in one text (KeptTexts).
+// MeterArchive reads the records that a meter stores. Journals become events (JournalSession). Load
+// profiles (LoadSession) and billing readings (BillingSession) are read in the background. The
+// stored states of these three jobs are joined in one text (KeptTexts).
 #pragma once
 
 #include <array>
@@ -20,8 +20,8 @@
 
 namespace baudgate::protocols::set4tm {
 
-// LoadSession reads the load profiles of one meter. For each profile it stores the place up to
-// which the profile was read (load_profile.h):
+// LoadSession reads the load profiles of one meter. Its stored state has the meter's serial number,
+// and for each profile its number and the place (LoadPlace) up to which it was read:
 //
 //   9020001 1:0658:1414080200023437:30;2:0000:1314080200023337:2
 
@@ -46,7 +46,7 @@ class LoadSession final : public BackgroundJob {
     LoadReader reader;
     Instant due{};
     bool refused = false;
-    std::string kept{};  // text of the place (LoadPlace) that is stored on the disk
+    std::string kept{};  // text of the place (LoadPlace::Text) that is stored on the disk
   };
 
   std::optional<Instant> NextDue() const override;
@@ -71,10 +71,11 @@ class LoadSession final : public BackgroundJob {
 // the beginning of each day or month. It reads them from the meter's archive (0A 86, 0A 83;
 // reference, 8.4), so an outage of the gateway loses nothing that the meter still stores: the
 // present month and eleven before, today and 27 days before. Replies contain neither month nor
-// tariff, so a reading is accepted only if two readings agree, the second in reverse order, and if
-// the meter's date is the same before and after them.
+// tariff. So all registers are read twice, the second time in reverse order, and accepted only if
+// both results are equal and the meter's date has not changed meanwhile.
 //
-//   month 2026-11-01;day 2026-11-23        the stored state: the newest reading of each
+//   month 2026-11-01;day 2026-11-23        the stored state: the newest month and day that were
+//   read
 //
 // If the meter is replaced, readings of the new meter continue after the last stored reading: its
 // older readings belong to another site.
@@ -103,12 +104,13 @@ class BillingSession final : public BackgroundJob {
     // that began today was blank, or when the constants for energy are not known yet.
     Instant rests_until{};
   };
-  /// A billing reading under way. Its steps: date, registers of all tariffs forwards, registers
-  /// backwards, date.
+  /// A billing reading under way. Its steps: the date, the registers of the sum and of each tariff,
+  /// the same registers in reverse order, the date.
   struct Pass {
     std::size_t period = 0;
     Day begin{};
-    std::vector<Bytes> registers{};  // index: tariff; empty: the meter does not have the tariff
+    // Index: tariff, 0 for the sum; an empty entry: the meter does not have the tariff.
+    std::vector<Bytes> registers{};
     std::size_t step = 0;
     bool differs = false;
   };
@@ -125,7 +127,7 @@ class BillingSession final : public BackgroundJob {
     return step < tariffs() ? step : 2 * tariffs() - 1 - step;
   }
   Bytes RegisterRequest() const;
-  /// True if the next step of the reading asks for registers, not for the date.
+  /// True if the next request is for registers, not for the date.
   bool reads_registers() const { return today_ && pass_ && pass_->step < 2 * tariffs(); }
   Answer OnDay(Day day, const Scale& scale);
   void OnRegister(View data);
@@ -135,19 +137,21 @@ class BillingSession final : public BackgroundJob {
   const CivilZone zone_;
   const std::size_t tariffs_;
   std::vector<Period> periods_;
-  std::optional<Day> today_;  // the meter's date, as read at the beginning of this look
+  // The meter's date before the registers are read; empty: not asked yet.
+  std::optional<Day> today_;
   std::optional<Pass> pass_;
   Instant due_{};
 };
 
-// KeptTexts joins the stored texts of the three jobs in EventBatch::said: "journals|load
-// profiles|billing readings". A batch changes one part and repeats the others.
+// KeptTexts joins the stored texts of the journals, the load profiles and the billing readings in
+// EventBatch::said, separated by '|'. A batch changes one of the texts and repeats the others.
 class KeptTexts {
  public:
   static constexpr std::size_t kJournals = 0;
   static constexpr std::size_t kParts = 3;
 
-  /// Takes the stored text. Returns which parts have changed; at the first call, all parts have.
+  /// Takes the stored text. Returns for each part whether it has changed; at the first call all
+  /// parts count as changed.
   std::array<bool, kParts> OnKept(std::string_view said) {
     const bool first = !std::exchange(recalled_, true);
     std::array<bool, kParts> changed{};
@@ -162,8 +166,8 @@ class KeptTexts {
   }
   const std::string& part(std::size_t part) const { return parts_[part]; }
 
-  /// Returns `answer` with the texts of all jobs in its batch. Before, the batch contains only the
-  /// text of the job `part`.
+  /// Returns `answer` with the texts of all jobs in its batch. The batch comes with only one text,
+  /// that of the job `part`.
   Answer With(std::size_t part, Answer answer) const {
     if (!answer.batch) return answer;
     std::array<std::string, kParts> parts = parts_;
@@ -199,8 +203,8 @@ class MeterArchive {
   /// have a journal that it has refused.
   void ForgetRefusals(bool journals);
 
-  // The next four functions are for tasks of events: the PDU to send, its data, its refusal, and
-  // its failure.
+  // The next four functions are for tasks of events. NextRecord returns the PDU to send;
+  // TakeRecord, TakeNoRecord and OnNoRecord take its data, its refusal and its failure.
 
   Bytes NextRecord(Instant now) { return journals_.Next(now); }
   Answer TakeRecord(View data, Instant now);

@@ -26,7 +26,9 @@ namespace baudgate::protocols::set4tm {
 // part how far it was read.
 //
 //   9020001 1:0658:1414080200023437:30;2:0000:1314080200023337:2      load profiles 1 and 2
-//   9020001 01:31301501….-;07:-.-                                     journals 01 and 07
+//   9020001 01:31301501….-;07:-.-                                     journals 01 and 07: their
+//                                                                     records; '-' is an empty
+//                                                                     record
 struct KeptParts {
   struct Part {
     std::string name{};
@@ -36,12 +38,11 @@ struct KeptParts {
   std::vector<Part> parts{};
 
   std::string Text() const;
-  /// Parses a stored text. Returns nothing if `said` has another form.
   static std::optional<KeptParts> Parse(std::string_view said);
 };
 
-/// Compares the meter of the stored parts with the meter that answers: the state of another meter
-/// is not used.
+/// Finds out whether the stored parts belong to the meter that answers. If they do not, they must
+/// not be used.
 class KeptMeter {
  public:
   /// Call it with the serial number in the stored parts; 0: the number is unknown. Returns true if
@@ -52,15 +53,14 @@ class KeptMeter {
   /// belong to another meter.
   bool OnMeter(std::uint32_t serial);
 
-  /// Returns the serial number of the meter that answers; 0: the number is unknown.
   std::uint32_t serial() const { return serial_.value_or(0); }
   /// True if the stored parts may belong to another meter, because the number of the meter that
   /// answers is not known yet.
   bool is_open() const { return kept_ && !serial_; }
 
  private:
-  std::optional<std::uint32_t> serial_;  // serial number of the meter that answers
-  std::optional<std::uint32_t> kept_;    // serial number of the meter whose parts are stored
+  std::optional<std::uint32_t> serial_;
+  std::optional<std::uint32_t> kept_;  // serial number of the meter whose parts are stored
 };
 
 class BackgroundJob {
@@ -79,7 +79,6 @@ class BackgroundJob {
     Recall(said);
   }
   virtual void OnMeter(std::uint32_t /*serial*/) {}
-  /// Call it with the type of the meter; empty: the type is unknown.
   virtual void OnType(std::optional<std::uint8_t> /*type*/) {}
 
   /// Returns the PDU to send next. Call it only when a task is due.

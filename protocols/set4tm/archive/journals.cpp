@@ -18,8 +18,8 @@ namespace {
 using Kind = Journal::Kind;
 
 constexpr std::size_t kStatusWord = 9;
-/// Requests in the short form (04) have four bits for the journal and four for the record, so this
-/// is the last journal that they can name.
+/// The short form of a request (04) has four bits for the journal and four for the record. Journals
+/// above this number need the long form (09).
 constexpr std::uint8_t kLastOfShortForm = 0x0A;
 constexpr std::size_t kShortRecords = 16;
 
@@ -115,7 +115,8 @@ std::vector<DeviceEvent> JournalReader::EventsOf(const Journal& journal, View re
 
 namespace {
 
-/// How often a journal is read until two readings agree. Readings differ if replies are late.
+/// The maximum number of readings of a journal until two of them are equal; then follows a pause of
+/// kRest. Readings differ if replies are late.
 constexpr int kMostTimes = 6;
 constexpr Duration kRest = std::chrono::minutes(1);
 
@@ -146,7 +147,6 @@ std::optional<Records> ReadRecords(std::string_view text) {
   return records;
 }
 
-/// Returns the index of the last record that is not empty, or nothing if all records are empty.
 std::optional<std::size_t> Newest(const Records& records) {
   for (std::size_t i = records.size(); i-- > 0;) {
     if (!IsEmpty(records[i])) return i;
@@ -155,8 +155,9 @@ std::optional<std::size_t> Newest(const Records& records) {
 }
 
 /// Calls `report` in order for each of `records` that is not in `kept`, the records of the last
-/// stored state. The second argument of `report` is the open interval in `kept` whose end has been
-/// recorded now, or an empty record. Returns how many records of `kept` no longer occur.
+/// stored state. The second argument of `report` is the record in `kept` of the same interval, if
+/// the interval was open then and has ended now, else an empty record. Returns how many records of
+/// `kept` still occur.
 template <typename Report>
 std::size_t Compare(const Records& records, Records kept, const Report& report) {
   std::erase_if(kept, [](const Bytes& record) { return IsEmpty(record); });
@@ -253,8 +254,8 @@ bool JournalSession::Begin(Instant now) {
   return first.has_value();
 }
 
-/// Chooses the next journal at whose newest record the task looks, among the urgent or the other
-/// journals. Returns false if none of them can be read now.
+/// Chooses the next journal for a look, which reads the place where a new record appears. `urgent`:
+/// which journals to choose from. Returns false if none of them can be read now.
 bool JournalSession::LookAt(bool urgent, Instant now) {
   std::size_t& turn = urgent ? urgent_turn_ : other_turn_;
   for (std::size_t i = 0; i < states_.size(); ++i) {
@@ -267,8 +268,8 @@ bool JournalSession::LookAt(bool urgent, Instant now) {
   return false;
 }
 
-/// Chooses the journal of a task, once per task. While all records of a journal are read, every
-/// other task looks at another journal.
+/// Chooses the journal of a task, once per task. While all records of one journal are read, every
+/// second task looks for a new record in another journal, unless Pass::soon is set.
 void JournalSession::Choose(Instant now) {
   chosen_ = true;
   if (pass_ && !MayAsk(states_[pass_->state], now)) pass_.reset();
@@ -292,8 +293,9 @@ void JournalSession::Choose(Instant now) {
   asked_ = pass_->state;
 }
 
-/// Returns the place where a new record appears. In a full journal this is the last place;
-/// otherwise, alternately, the place of the newest record and the place after it.
+/// Returns the place that a look reads, because a new record appears there. In a full journal this
+/// is the last place; otherwise, alternately, the place of the newest record and the place after
+/// it.
 std::size_t JournalSession::PlaceToLook(const State& state) {
   const std::size_t last = state.records - 1;
   const auto newest = state.kept ? Newest(*state.kept) : std::nullopt;
@@ -407,7 +409,8 @@ Answer JournalSession::Report(State& state, Records records, const JournalReader
   return End(std::move(answer));
 }
 
-/// Takes a refusal, which can mean that the journal has fewer records than expected.
+/// Takes a refusal: the meter does not have the journal (at the first place), or the journal has
+/// fewer records than expected (at a later place).
 Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
   ++exchanges_;
   State& state = states_[asked_];

@@ -1,9 +1,10 @@
 // The journals of a meter: their numbers, the layout of their records, and the events in them
-// (reference, 8.2). Times are local times of the meter, without a zone.
+// (reference, 8.2). Times are local times of the meter, without a zone. Example: a record of
+// journal 07 has the begin (event 71, BeginCode) and the end (event 72, EndCode) of an interval.
 //
 //   journal 07, 31 30 15 01 02 09 02 · 00 00 00 00 00 00 00    E71 2002-09-02T15:30:31, still open
 //            … 31 30 15 01 02 09 02 · 12 32 15 01 02 09 02     E71, E72 2002-09-02T15:32:12
-//            … 99 30 15 …                                      E0, the bytes in hex
+//            … 99 30 15 …                                      E0, the bytes in hex: no valid time
 //
 // JournalSession reads the journals.
 #pragma once
@@ -31,7 +32,7 @@ struct Journal {
   };
   std::uint8_t number = 0;
   Kind kind = Kind::interval;
-  bool urgent = false;  ///< true: the journal is read more often than others
+  bool urgent = false;  ///< true: new records are looked for more often than in other journals
   std::string_view name{};
 };
 
@@ -53,9 +54,10 @@ bool IsEmpty(View record);
 bool HasEnded(View before, View record);
 
 struct JournalReader {
-  /// Zone of the meter's clock; empty: events have civil times, only in their texts.
+  /// Zone of the meter's clock; empty: events have no time, and their texts contain the local time.
   std::optional<CivilZone> zone{};
-  /// True: the bits of the status word have the meaning that the reference gives.
+  /// True: the bits of the status word are known, so the event names the flags; false: its text is
+  /// hex.
   bool knows_status = false;
   /// Returns the events in `record`. `before`: the same record as it was last reported; empty: it
   /// was never reported.
@@ -74,13 +76,14 @@ struct JournalReader {
 // The order of reading:
 //
 //   a journal without stored state, after a reconnect, once an hour    all its records
-//   otherwise in turn, every other time an urgent journal              its newest record; if it has
-//                                                                      changed, all records at once
+//   otherwise in turn, every other time an urgent journal              the place where a new record
+//                                                                      appears; if it has changed,
+//                                                                      all records at once
 //
-// All records are read from the oldest to the newest and then backwards. Replies contain no record
-// number, so a late reply or a new record makes the two readings differ; the journal is then read
-// again. Records in which both readings agree, and which are not in the stored state, become
-// events.
+// All records are read from the oldest to the newest. If they equal the stored state, nothing is
+// new. Otherwise they are read again, backwards, until two readings agree, because replies contain
+// no record number: a late reply or a new record makes the readings differ. Records that are not in
+// the stored state then become events.
 //
 // Records are compared by their bytes alone, and equal records are counted, so a changed clock or
 // another order of the records does not matter.
@@ -90,7 +93,7 @@ class JournalSession {
   /// new record a task has one exchange.
   static constexpr int kMostExchanges = 4;
   static constexpr Duration kWholeEvery = std::chrono::hours(1);
-  /// After this many failures in a row no records of a journal are requested for a while.
+  /// After this many failures in a row, no records of the journal are requested for kWholeEvery.
   static constexpr int kMostFailures = 3;
 
   /// `wanted`: true if the configuration asks for events. `records`: number of records in each
@@ -114,7 +117,7 @@ class JournalSession {
   void ForgetRefusals();
 
  private:
-  using Records = std::vector<Bytes>;  // index: place in the journal
+  using Records = std::vector<Bytes>;
 
   struct State {
     const Journal* journal = nullptr;
@@ -126,16 +129,16 @@ class JournalSession {
     Instant read_at{};
     int failures = 0;
     Instant rests_until{};
-    // True: the next look is at the place after the newest record; false: at the newest record.
+    // True: the next look reads the place after the newest record; false: the newest record.
     bool beyond = true;
   };
   /// The reading of all records of a journal, under way.
   struct Pass {
     std::size_t state = 0;
-    Records records{};  // the records that were read so far in the present direction
+    Records records{};  // the records that were read so far, in the order of reading
     bool backwards = false;
     bool soon = false;  // true: a new record was found, so the reading goes on without a pause
-    // The records as read in the previous direction; empty: this is the first direction.
+    // The records of the previous, complete reading; empty: this is the first reading.
     std::optional<Records> before{};
     int times = 0;
   };
@@ -160,8 +163,8 @@ class JournalSession {
   std::optional<Pass> pass_;
   std::size_t asked_ = 0;
   std::size_t place_ = 0;
-  bool looks_ = false;   // true: the request looks at one record and is not part of pass_
-  bool chosen_ = false;  // true: the journal of the task under way is chosen
+  bool looks_ = false;   // true: the request looks for a new record and is not part of pass_
+  bool chosen_ = false;  // true: a journal was chosen for the task under way
   int exchanges_ = 0;    // number of answered exchanges in the task under way
   unsigned turn_ = 0;
   std::size_t urgent_turn_ = 0;

@@ -175,8 +175,8 @@ void LoadReader::OnKept(std::optional<LoadPlace> place, bool another) {
   if (another) Lose();
 }
 
-/// Drops the stored place, because its hour is no longer in the ring. Reading continues with the
-/// oldest hour in the ring.
+/// Drops the stored place, because its hour is no longer in the ring, or is that of another meter.
+/// Reading continues with the oldest hour in the ring.
 void LoadReader::Lose() {
   floor_ = EndOf(*place_);
   place_.reset();
@@ -238,8 +238,8 @@ bool LoadReader::GoOn(const Manner& manner) {
 }
 
 /// Returns the hour that is being written, if it is a whole number of hours after the hour at
-/// `address`. The pointer names either a slice of that hour or the place after the last record:
-/// only one of these two meanings gives a whole number of hours.
+/// `address`. The pointer names the next slice of this hour, or, while its header is not written,
+/// the place after the last record. Only one of these two meanings gives a whole number of hours.
 std::optional<LoadRing::Hour> LoadReader::HourAfter(std::size_t address) const {
   for (const auto& hour : {ring_.HourOf(*pointer_), ring_.HourBehind(*pointer_)}) {
     if (hour && Reaches(address, hour->address)) return hour;
@@ -256,15 +256,15 @@ bool LoadReader::Reaches(std::size_t from, std::size_t current) const {
   return true;
 }
 
-/// True if the header at `address` is valid. Only that of the hour that is being written can be
-/// invalid: until the meter writes it, the place has the header of an hour of an earlier round, or
-/// none.
+/// True if the place at `address` has the header of the hour that belongs there. Only the header of
+/// the hour that is being written can be missing: until the meter writes it, the place has a header
+/// of an older hour, or none.
 bool LoadReader::IsWritten(std::size_t address, const std::optional<LoadHeader>& header) const {
   return current_->address != address || (header && header->begin == pointer_->hour);
 }
 
-/// Plans the next part of the search for a header, which can be at any record. If the memory has
-/// wrapped, the search starts at the oldest hour, which is overwritten next.
+/// Plans the next read in the search for a first header, which can be at any place. If the memory
+/// has wrapped, the search starts at the oldest hour, which the meter will overwrite next.
 bool LoadReader::PlanScan(const Manner& manner) {
   const std::size_t current = current_->address;
   const std::size_t end = current + (current_->finished > 0 ? kLoadRecord : 0);
@@ -308,8 +308,8 @@ bool LoadReader::PlanHours(const Manner& manner) {
     read_.emplace(std::vector{MemoryRead::Stretch{place, total}}, manner.most, manner.twice);
     return true;
   }
-  // One piece cannot contain the header of the last hour and the next hour, so they are read
-  // separately.
+  // The header of the hour that was read last and the next hour do not fit into one read, so they
+  // are read separately.
   blocks_[0].slices = 0;
   std::vector<MemoryRead::Stretch> stretches = {{place, kLoadRecord}};
   if (place == current) {
@@ -395,8 +395,8 @@ bool LoadReader::TakeHours(View bytes, const Scale& scale, Taken& taken) {
   return moved;
 }
 
-/// Adds a record, unless it was reported before. A gap between the last reported record and this
-/// one becomes a record without values.
+/// Adds a record. If the stored place was lost (floor_), records before the end of the last
+/// reported record are dropped, and a gap after it becomes a record without values.
 void LoadReader::Add(PastRecord record, std::vector<PastRecord>& records) const {
   if (floor_) {
     const Duration floor = floor_->time_since_epoch();

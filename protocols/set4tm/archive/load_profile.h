@@ -1,6 +1,6 @@
 // The load profile of a meter is a ring of 8-byte records: for each hour a header and 60/T slices
-// (reference, chapter 11). A slice contains the counts of T minutes; its time is the beginning of
-// these minutes.
+// (reference, chapter 11). A slice has the counts of T minutes (the interval); its time is the
+// beginning of the T minutes.
 //
 //   14 14 08 02 00 02 34 37    header: 14 h of 2002-08-14, summer, slices of 2 min, sum 34, spare
 //   00 64 00 00 80 0A 00 00    slice: P+ 100, P- 0, Q+ 10 (incomplete), Q- 0
@@ -23,9 +23,9 @@
 
 namespace baudgate::protocols::set4tm {
 
-// MemoryRead reads ranges of a meter's memory in pieces that fit into a reply. If replies cannot be
-// assigned to their requests, all pieces are read twice, the second time in reverse order, and
-// accepted only if both readings agree.
+// MemoryRead reads ranges of a meter's memory in pieces that fit into a reply. If replies do not
+// name their requests (code 06, which has no id), all pieces are read twice, the second time in
+// reverse order, and accepted only if both readings are equal.
 //
 //   {0658, 24} in pieces of 16      0658 16 · 0668 8      and again: 0668 8 · 0658 16
 class MemoryRead {
@@ -40,15 +40,15 @@ class MemoryRead {
   Stretch Next() const;
   void OnPiece(View bytes);
   bool done() const { return done_; }
-  /// Returns the bytes of all ranges. Call it when done() is true. Empty: the second pass has read
-  /// other bytes than the first.
+  /// Returns the bytes of all ranges when done() is true. Empty: the second reading differs from
+  /// the first.
   const Bytes& bytes() const { return bytes_; }
 
  private:
   std::vector<Stretch> pieces_;
   const bool twice_;
-  std::vector<Bytes> read_;  // index: piece
-  std::size_t count_ = 0;    // pieces read so far, in both passes
+  std::vector<Bytes> read_;
+  std::size_t count_ = 0;  // number of pieces read so far, both readings together
   bool differs_ = false;
   bool done_ = false;
   Bytes bytes_;
@@ -59,7 +59,7 @@ inline constexpr std::size_t kLoadRecord = 8;
 struct LoadHeader {
   CivilZone::Civil begin{};  ///< begin of the hour, in local time of the meter
   bool summer = false;
-  unsigned minutes = 30;  ///< length of a slice in minutes
+  unsigned minutes = 30;
 
   std::size_t slices() const { return 60 / minutes; }
 };
@@ -107,28 +107,29 @@ struct LoadRing {
     std::size_t address = 0;
     std::size_t finished = 0;
   };
-  /// Returns the hour that is being written, if the pointer names the place of a slice in that
-  /// hour. Empty: a slice cannot be at that address.
+  /// Returns the hour that is being written, if its header is written and the pointer names the
+  /// place of its next slice. Empty: no slice can be at this place.
   std::optional<Hour> HourOf(const LoadPointer& pointer) const;
-  /// Returns the hour that is being written, if the pointer names the place after the last record
-  /// because the header of the hour is not written yet.
+  /// Returns the hour that is being written, if its header is not written yet and the pointer names
+  /// the place after the last record. Empty: no record can end at this place.
   std::optional<Hour> HourBehind(const LoadPointer& pointer) const;
 };
 
 std::string NameOfLoad(unsigned profile);
-/// Returns a record with the mean powers of a slice in kW and kvar: N / (2 A) · 60 / T · Kn · Kt.
-/// The values of an incomplete slice are uncertain. `scale` must contain the factor of energy.
+/// Returns a record with the mean powers of a slice in kW and kvar: N / (2 A) · 60 / T · Kn · Kt,
+/// with the count N, the length T of the slice in minutes, and A, Kn and Kt of `scale`. The values
+/// of an incomplete slice are uncertain.
 PastRecord RecordOf(unsigned profile, const LoadHeader& header, std::size_t slice,
                     const LoadSlice& counts, const CivilZone& zone, const Scale& scale);
 
 // LoadReader reads one load profile from the place where its stored history ends. It decides which
 // bytes of the ring are read, and turns them into records. Each reading starts with the header of
-// the hour that was read last. If that header is unchanged, the hours after it are the next ones,
-// because the ring would overwrite this header before them. If it has changed, the ring has wrapped
-// or was cleared, and reading continues with the oldest hour in the ring.
+// the hour that was read last. If the header is unchanged, the hours after it are the next ones,
+// because the ring would have overwritten the header first. If the header has changed, the ring has
+// wrapped or was cleared, and reading continues with the oldest hour in the ring.
 //
-//   place 0658, header 14 14 08 02 …, 2 taken     read 24 bytes there and 24 at 0670: two records
-//                                                 of 15 h; place 0670, …, 2
+//   place 0658, header 14 14 08 02 …, 2 slices read     read 24 bytes at 0658 and 24 at 0670
+//                                                       two records of 15 h; place 0670, …, 2
 
 /// A place in the ring: the hour that was read last, and how many of its slices were read. As text:
 /// "0658:1414080200023437:30".
@@ -158,33 +159,32 @@ class LoadReader {
 
   unsigned profile() const { return profile_; }
   /// Call it with the place where the stored history ends; empty: nothing is stored. `another`: the
-  /// place belongs to another meter, so only its time is used: the history continues with later
-  /// records.
+  /// place belongs to another meter. Its address is then not used, and only later records are
+  /// reported.
   void OnKept(std::optional<LoadPlace> place, bool another);
   /// Call it if another meter may be connected, or the interval may have changed.
   void OnReconnect();
-  /// Cancels the reading under way. The next reading starts with the pointer.
+  /// Cancels the reading under way. The next reading starts with the pointer (Step::pointer).
   void BreakOff();
 
   Step step() const;
-  /// Returns the piece of memory to read when step() is Step::memory.
   MemoryRead::Stretch stretch() const { return read_->Next(); }
   /// Takes the interval, the length of a slice. Returns false if `minutes` is not a valid interval.
   bool OnInterval(unsigned minutes);
-  /// Takes the pointer. Returns false if there is nothing to read now; the next step is then the
-  /// pointer again.
+  /// Takes the pointer: time and place of the slice that is written next. Returns false if there is
+  /// nothing to read now; then the pointer must be asked again.
   bool OnPointer(View data, const Manner& manner);
 
   struct Taken {
     std::vector<PastRecord> records{};
     LoadPlace place{};
-    /// True: there is more to read, at once or, if there are records, after they are stored.
+    /// True: more can be read, at once if `records` is empty, else after they are stored (OnKept).
     bool more = false;
   };
-  /// Takes the bytes of the piece stretch(). The same records are returned again until OnKept is
-  /// called.
+  /// Takes the bytes of the piece stretch(). Records are returned again until OnKept confirms them.
   Taken OnMemory(View bytes, const Scale& scale, const Manner& manner);
-  /// Call it after OnKept. Returns false if there is nothing to read now.
+  /// Call it after OnKept to continue with the known pointer. Returns false if there is nothing to
+  /// read.
   bool GoOn(const Manner& manner);
 
   /// Returns the end of the last slice that was read, for the status. Empty: no slice was read.
@@ -197,7 +197,7 @@ class LoadReader {
  private:
   struct Block {
     std::size_t address = 0;
-    std::size_t slices = 0;  // number of slices to read of this hour
+    std::size_t slices = 0;
     std::size_t offset = 0;
   };
 
@@ -219,11 +219,11 @@ class LoadReader {
   bool waits_ = false;
   std::string trouble_;
   std::optional<LoadPointer> pointer_;
-  std::optional<LoadRing::Hour> current_;  // the hour that the pointer names
+  std::optional<LoadRing::Hour> current_;  // the hour that is being written
   std::optional<LoadPlace> place_;
   std::optional<std::size_t> scan_;  // address at which the search for a header continues
-  bool scanned_ = false;             // true: the search has found no header so far
-  // After a gap: the end of the records that were reported before the gap.
+  bool scanned_ = false;             // true: a part of the memory was searched and has no header
+  // If the stored place was lost: the end of the last reported record. Earlier records are dropped.
   std::optional<CivilZone::Utc> floor_;
   std::vector<Block> blocks_;
   std::optional<MemoryRead> read_;

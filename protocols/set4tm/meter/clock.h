@@ -33,7 +33,7 @@ class ClockDrift {
  public:
   /// A drift that was measured longer ago than this is not used.
   static constexpr Duration kFresh = std::chrono::hours(1);
-  /// If the exchange takes longer than this, the drift is uncertain.
+  /// If more time passes between the first sending and the reply, the drift is uncertain.
   static constexpr Duration kWidest = std::chrono::seconds(1);
 
   void OnHostClock(bool right) { right_ = right; }
@@ -54,8 +54,8 @@ class ClockDrift {
 
  private:
   bool right_ = false;
-  std::optional<Instant> first_;  // when the request was first sent
-  Now arrives_{};                 // when the request was last sent
+  std::optional<Instant> first_;  // when the last byte of the first request arrived
+  Now arrives_{};                 // when the last byte of the latest request arrived
   Duration character_{};
   std::optional<double> latest_;
   Instant latest_at_{};

@@ -81,15 +81,14 @@ struct Parts {
 /// wrong.
 std::optional<Parts> SplitFrame(View frame, Checksum checksum = Checksum::crc);
 
-/// The range of lengths that a request's PDU can have.
 struct RequestLength {
   std::size_t min = 1;
   std::size_t max = 93;
   /// True: the reference defines min and max; false: they are only limits of this program.
   bool known = false;
 };
-/// Returns the length of a request by the first bytes of its PDU. Empty: the second byte decides,
-/// but is missing.
+/// Returns the length of a request by the first bytes of its PDU. Empty: the first bytes of `pdu`
+/// are not enough.
 std::optional<RequestLength> LengthOfRequest(View pdu);
 
 /// True if a meter answers the request with a status byte and never with data: link test, channel,

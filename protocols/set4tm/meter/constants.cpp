@@ -11,8 +11,9 @@ std::optional<T> Either(const std::optional<T>& first, const std::optional<T>& s
   return first ? first : second;
 }
 
-/// Sets the coefficients Kc and Ci by type, nominal voltage and current (reference, 9.6). Types
-/// without documented coefficients, and types whose code is shared by different meters, get none.
+/// Sets the coefficients Kc and Ci by type, nominal voltage and current (reference, 9.6). They stay
+/// empty for types without documented coefficients, and for types whose code different meters
+/// share.
 void SetCoefficients(unsigned type, bool mains_voltage, unsigned current_code, bool one_phase,
                      Scale& scale) {
   switch (type) {
@@ -84,8 +85,8 @@ Scale ParseRatios(View data) {
 
 namespace {
 
-/// Returns the factor that converts a float from the meter's ratios to the configured ratios. It is
-/// 1 if these are the same.
+/// Returns the factor that converts a float from the ratios that the meter has applied to the
+/// ratios of `scale`; 1 if the ratios that the meter has applied are to be kept.
 Factor FloatFactor(bool voltage, bool current, const Scale& scale) {
   Factor factor;
   if (voltage && scale.convert_voltage) {

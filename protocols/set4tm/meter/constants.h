@@ -1,5 +1,6 @@
 // The constants that convert the counts of a SET-4TM to physical values. They come from its build
-// variant (08 12) and its transformer ratios (08 02). The decoders of points.h use the factors.
+// variant (08 12) and its transformer ratios (08 02). DecodeField (protocols/set4tm/meter/values.h)
+// uses the factors.
 #pragma once
 
 #include <optional>
@@ -17,11 +18,13 @@ struct Scale {
   std::optional<double> voltage_ratio;        ///< Kn: ratio of the voltage transformers
   std::optional<double> current_ratio;        ///< Kt: ratio of the current transformers
 
-  // Floats are primary values: the meter has applied its own ratios (reference, 9.7). To apply
-  // other ratios, floats are divided by `…_in_floats` and multiplied by the ratios above.
+  // Floats are mostly primary values: the meter has applied its own ratios (reference, 9.7). To
+  // apply the ratios above instead, floats are divided by `…_in_floats` and multiplied by these
+  // ratios.
   bool convert_voltage = false;
   bool convert_current = false;
-  std::optional<double> voltage_in_floats{};  ///< ratios that the meter has already applied
+  /// Ratios that the meter has already applied; 1 if its floats are secondary values.
+  std::optional<double> voltage_in_floats{};
   std::optional<double> current_in_floats{};
 
   std::optional<CivilZone> zone{};  ///< time zone of the meter's clock
@@ -36,8 +39,8 @@ Scale ParseVariant(View data);
 /// Parses the ratios, the ten data bytes of 08 02. A ratio of 0 stays empty.
 Scale ParseRatios(View data);
 
-/// A conversion: value = count * multiply / divide. Two numbers, so that 10001 / 10000 is exactly
-/// 1.0001.
+/// A conversion: value = count * multiply / divide. It has two numbers so that the result is exact:
+/// 10001 / 10000 gives 1.0001.
 struct Factor {
   double multiply = 1;
   double divide = 1;

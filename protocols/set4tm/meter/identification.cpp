@@ -158,7 +158,8 @@ bool Identification::OnRefused(View pdu) {
 }
 
 /// Sets trouble_ if the meter's type is none of the profile's types. Codes above B are newer than
-/// the reference: they give a remark, not a trouble.
+/// the reference: for them trouble_ has only a text, which the status shows, and the meter is
+/// polled as usual.
 void Identification::Judge() {
   trouble_ = {};
   if (settings_.types.empty() || std::ranges::count(settings_.types, *type_) != 0) return;
@@ -173,8 +174,8 @@ void Identification::Judge() {
               "the meter has " + what + "; correct the profile or the address"};
 }
 
-/// True if the meter's type is known to have the status word of .02M and .03M. If no meter was
-/// asked (`baudgate decode`), all types of the profile must have it.
+/// True if the meter's type is known to have the status word of .02M and .03M. In `baudgate
+/// decode`, which asks no meter, all types of the profile must have it.
 bool Identification::KnowsStatusWord() const {
   const auto known = [](std::uint8_t code) {
     const MeterType* type = FindType(code);

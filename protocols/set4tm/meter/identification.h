@@ -20,9 +20,6 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The meters of the family by type code (08 12, reference 9.3), and their properties: the flags of
-// the status word and the supported requests.
-
 /// The table that names the bits of the status word (08 0A). The manufacturer prints the table of
 /// .02M and .03M (reference, 9.4) and states that the tables of other types differ.
 enum class StatusWord : std::uint8_t { unknown, as_02m_03m };
@@ -51,13 +48,14 @@ class Identification {
  public:
   Identification(const config::Device& device, const Settings& settings);
 
-  /// Call it if another meter may be connected. A trouble stays until a reply disproves it.
+  /// Call it if another meter may be connected. A trouble stays until a reply shows that it is
+  /// over.
   void OnReconnect();
   /// Call it if a request was not answered: the type is asked again if the option types is set.
   void OnLost();
 
-  /// Forgets refusals, so that refused questions are asked again: a refusal may have answered
-  /// another request.
+  /// Forgets refusals, so that refused questions are asked again: a refusal may have been the late
+  /// reply to another request.
   void ForgetRefusals();
 
   /// Returns the question to ask before the request that reads `matches`. Empty: no question is
@@ -72,13 +70,15 @@ class Identification {
   /// Returns the constants. Constants in the options come first; missing constants are taken from
   /// the meter.
   Scale scale() const { return Merge(settings_.scale(), learned_); }
-  /// True if the bits of the status word have the meaning that profiles assume.
+  /// True if the bits of the status word have the meaning that profiles assume, that of .02M and
+  /// .03M.
   bool KnowsStatusWord() const;
   std::optional<std::uint8_t> type() const { return type_; }
   Knows masked_floats() const;
   /// Returns whether the meter's type has floats (08 1B); perhaps while the type is unknown.
   Knows floats() const;
-  /// Call it if a float was refused: the type is then asked. Returns false if it was asked already.
+  /// Has the type asked with the next question, even if no point needs it. Returns false if it was
+  /// asked already.
   bool WantType();
   /// Returns the factor, 1 to 255, that stretches the meter's silence and reply time.
   unsigned multiplier() const { return multiplier_; }

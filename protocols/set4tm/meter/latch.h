@@ -42,7 +42,7 @@ class LineLatch {
   WallTime sent_at() const { return base_.wall; }
 
  private:
-  std::optional<Now> clock_;  // time of this machine in the latest call of OnClock
+  std::optional<Now> clock_;
   Now base_{};  // time of the latest broadcast; before the first broadcast: of the first OnClock
   unsigned number_ = 0;
 };
@@ -52,8 +52,8 @@ struct MeterBus final : Bus {
 };
 
 /// Decides whether the latched values of one meter were stored by the latest broadcast. The meter
-/// is asked for its latch time once before a broadcast and once after each. `number`: the number of
-/// broadcasts so far.
+/// is asked for its latch time once before a broadcast and once after it: a changed time proves
+/// that the broadcast was received. `number`: the number of broadcasts so far (LineLatch::number).
 class MeterLatch {
  public:
   bool WantsTime(unsigned number) const { return !refused_ && (asked_ != number || doubted_); }
@@ -63,7 +63,7 @@ class MeterLatch {
   /// Call it if the meter was silent: it may have been without power, so its latch time must be
   /// asked again.
   void Doubt() { doubted_ = true; }
-  /// Call it if the question for the latch time got no reply.
+  /// Call it if the question for the latch time got no reply: no latched value is then valid.
   void OnFailure(unsigned number);
   void OnRefused() { refused_ = true; }
   void ForgetRefusals() { refused_ = false; }
@@ -87,13 +87,13 @@ class MeterLatch {
 // LatchedReads handles the latch for one meter: it decides when the broadcast is sent, and which
 // latched values are valid after it.
 //
-//   FE 03 08 55 AA 33 CC   sent when due and the line is free
-//   05 08 14 50            bytes have changed: the broadcast was received
-//   05 08 1B 03 00         good; if the meter has not received the broadcast: waiting, no value
+//   FE 03 08 55 AA 33 CC   the broadcast, sent when it is due and the line is free
+//   05 08 14 50            asks the latch time: if it has changed, the broadcast was received
+//   05 08 1B 03 00         reads latched values: good if the broadcast was received, else "waiting"
 //
-// After the reply to 08 14 50 no value of the previous latch is served: all latched points get the
-// quality "waiting" and are read again at once. Otherwise a value of 12:00 would appear beside a
-// value of 12:15.
+// At the first reply to 08 14 50 after a broadcast, all latched points get the quality "waiting".
+// If the broadcast was received, they are read again at once. Otherwise a value of 12:00 would
+// appear beside a value of 12:15.
 class LatchedReads {
  public:
   /// `period`: time between broadcasts; zero: no broadcasts are sent. `line` must outlive this
@@ -105,7 +105,6 @@ class LatchedReads {
   /// Returns when the broadcast or the question for the latch time is due. Empty: neither is ever
   /// due.
   std::optional<Instant> DueAt() const;
-  /// True if broadcasts are sent and the meter has not refused to report its latch time.
   bool tells() const { return period_ != Duration::zero() && !meter_.refused(); }
   /// True if the meter must be asked for its latch time before the next latched value is read.
   bool WantsTime() const { return tells() && meter_.WantsTime(line_.number()); }

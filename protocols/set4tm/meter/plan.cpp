@@ -16,8 +16,9 @@ constexpr std::size_t kMaskSize = 8;
 constexpr std::size_t kRequestSize = kMaskAt + kMaskSize;
 constexpr std::uint8_t kNone = 0xFF;
 
-/// The parameters (RWRI bytes of 08 1B) by mask bit, from the lowest bit of m8 to the highest of
-/// m2.
+/// The parameters (RWRI bytes of 08 1B) by the bits of a mask (08 23), from the lowest bit of m8 to
+/// the highest of m2. U1(1): positive sequence voltage; K0 and K2: zero and negative sequence
+/// unbalance, of current (i) or voltage (u); KI and KU: distortion.
 constexpr std::array<std::uint8_t, 56> kByBit = {
     0x00, 0x01, 0x02, 0x03, 0x04,  0x05,  0x06,  0x07,   // m8: P, Q
     0x08, 0x09, 0x0A, 0x0B, 0x30,  0x31,  0x32,  0x33,   // m7: S, cos
@@ -28,7 +29,7 @@ constexpr std::array<std::uint8_t, 56> kByBit = {
     0xE4, 0xE5, 0xE6, 0xE7, kNone, kNone, kNone, kNone,  // m2: loss Q
 };
 
-/// True for parameters in whose group the phase 0 means phase 1: voltage, current, distortion,
+/// True for parameters whose phase bits 0 mean phase 1 and not a sum: voltage, current, distortion,
 /// averaged values.
 bool ZeroIsPhaseOne(std::uint8_t parameter) {
   const unsigned mode = parameter >> 4U;

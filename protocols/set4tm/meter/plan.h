@@ -16,8 +16,8 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The functions below define the bits of float parameters in the mask of 08 23 (reference, 9.8), by
-// which one exchange reads many values. The planner, the decoder and the twin use them.
+// MaskBit and the functions below it define by which bits the mask of 08 23 (reference, 9.8)
+// selects float parameters, so that one exchange reads many values.
 
 /// The maximum number of floats in a masked read: 1 + 23 * 4 data bytes fill a frame of 96 bytes.
 inline constexpr std::size_t kMostMaskedFloats = 23;
@@ -27,8 +27,8 @@ inline constexpr std::size_t kMostMaskedFloats = 23;
 /// is the sum, or repeats phase 1.
 std::optional<std::uint8_t> ParameterAt(View pdu, std::size_t offset);
 
-/// Returns the mask bit of a parameter (0: the lowest bit of the last byte), or nothing if it has
-/// none.
+/// Returns the bit of a parameter in the mask (0: the lowest bit of m8, the last byte), or nothing
+/// if it has none.
 std::optional<unsigned> MaskBit(std::uint8_t parameter);
 std::optional<std::uint8_t> MaskedParameter(unsigned bit);
 
@@ -38,8 +38,8 @@ Bytes MaskRequest(std::uint8_t id, const std::vector<unsigned>& bits);
 /// Returns the bits in the PDU of a masked read. The values in the reply have the same order.
 std::vector<unsigned> MaskBits(View pdu);
 
-// The functions below replace float values by integer fields, for meters without floats: SET-4TM.02
-// and older (reference, 9.5 to 9.7). The plan, the twin and `baudgate decode` use them.
+// IntegerDecoder and AsInteger replace float values by integer fields, for meters without floats:
+// SET-4TM.02 and older (reference, 9.5 to 9.7).
 //
 //   08 1B 02 10 float_le@4  →  08 16 10 voltage_be@3     voltage of phase 1, in a group of four
 //   08 1B 00 40 float_le@0  →  08 11 40 hundredths_be@0  frequency, single
@@ -52,14 +52,13 @@ Decoder IntegerDecoder(std::uint8_t parameter);
 /// `field` is not such a float.
 std::optional<Field> AsInteger(const Field& field);
 
-/// A point whose value is in a reply, and the place of the value.
 struct Match {
   std::size_t point = kNoPoint;
   Field field;
 };
 
-/// A plan of the requests to a meter; its keys are PDUs. For masked reads the key is 08 23, and the
-/// places are mask bits.
+/// A plan of the requests to a meter. Its keys are PDUs; all masked reads have the key 08 23, and
+/// their places are mask bits.
 using PduPlan = QueryPlan<Bytes>;
 
 class PointFields {
@@ -79,7 +78,6 @@ class PointFields {
   PduPlan MakePlan(bool masked, Often is_often = IsFast) const;
   /// Returns the PDU of a query in `plan`. The id byte of a masked read is 0 there.
   Bytes PduOf(const PduPlan& plan, std::size_t query) const;
-  /// Returns all points whose value is in the reply to `pdu`, each with the place of the value.
   std::vector<Match> Matches(View pdu) const;
 
  private:
@@ -90,9 +88,9 @@ class PointFields {
   void Index();
 
   std::span<const config::Point> points_;
-  std::vector<std::optional<Field>> fields_;  // index: point
+  std::vector<std::optional<Field>> fields_;
   std::multimap<Bytes, std::size_t> by_pdu_;
-  std::multimap<unsigned, std::size_t> by_bit_;  // key: mask bit
+  std::multimap<unsigned, std::size_t> by_bit_;
 };
 
 }  // namespace baudgate::protocols::set4tm

@@ -13,8 +13,8 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// True if `body` looks like a request of another master to the same meter. Such a request can have
-/// the length of the reply, and its check value is correct, too.
+/// True if `body` looks like a request of another master to the same meter. It can be as long as
+/// the reply, and its check value is correct, too.
 ///
 ///   > 14 08 1B 00 11    a float       < 14 08 1B 00 41    another master asks for the frequency
 bool IsQuestionLike(View pdu, View body) {
@@ -22,7 +22,8 @@ bool IsQuestionLike(View pdu, View body) {
   if (pdu.size() < 3 || body.size() != pdu.size()) return false;
   if (body[0] != pdu[0] || body[1] != pdu[1]) return false;
   if (body.size() > 3) return body[2] <= kLastWay;
-  // A parameter has the phase in its low bits. Other bytes may be those of an integer reply.
+  // The third byte of a request is a parameter, with the phase in its low two bits. Any other byte
+  // may be the last byte of an integer reply.
   return body[2] < 0x80 && (body[2] & 0x0CU) == 0;
 }
 
@@ -127,9 +128,8 @@ void ReplyReader::ReadData(Reply& reply) const {
 }
 
 /// Returns the outcome of a reply. CRC-16 has no final XOR, so a zero after a good frame gives a
-/// good frame again: C8 03 09 30 C8 has two data bytes, and C8 03 09 30 C8 00 has three. This
-/// function cannot see whether a zero follows, so it accepts the frame if one of the two forms
-/// fits.
+/// good frame again: C8 03 09 30 C8 has two data bytes, and C8 03 09 30 C8 00 has three. A zero may
+/// still follow `frame`, so the frame is accepted if it fits with or without one more zero.
 Outcome ReplyReader::Check(View request, View frame) const {
   const Outcome outcome = Read(request, frame).answer.outcome;
   if (outcome != Outcome::unexpected) return outcome;

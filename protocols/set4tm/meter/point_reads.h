@@ -108,7 +108,7 @@ class PointReads {
   PointFields fields_;
   const Often is_often_;
   PduPlan plan_;
-  bool masked_ = false;  ///< true: floats are read by masked reads (08 23)
+  bool masked_ = false;
   bool integers_ = false;
   bool tries_masks_ = false;  ///< true: it is not known yet whether the meter supports masked reads
   std::uint8_t number_ = 0;   ///< id of the latest masked read

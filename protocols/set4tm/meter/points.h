@@ -63,7 +63,6 @@ Status CheckType(const Field& field, const config::Point& point);
 /// Returns the range of numbers that the field can contain; any number, if it is multiplied by
 /// constants.
 config::RawNumbers NumbersOf(const Field& field);
-/// Returns the kind of the field's quantity, which decides the constants that its conversion needs.
 Measure MeasureOf(const Field& field);
 /// True if the field is a bit of the status word, or `alarm`, which combines these bits.
 bool IsFlag(const Field& field);

@@ -67,8 +67,8 @@ std::string DirectionOf(std::uint8_t first) {
          ((first & 0x40U) != 0 ? "reverse" : "forward");
 }
 
-/// Adds an integer and its direction. The integer is a primary value if the ratios are known, else
-/// secondary, else the count.
+/// Adds an integer and its direction. The integer is shown as primary value if the ratios are
+/// known, as secondary value if only the ratios are missing, else as count.
 void AddInteger(Printed& printed, std::uint8_t parameter, std::size_t offset) {
   const Field field = printed.FieldAt(IntegerDecoder(parameter), offset);
   const std::string place = "@" + std::to_string(offset);
@@ -175,8 +175,6 @@ void AddPointer(Printed& printed) {
   printed.Add(Decoder::u16_be, 5);
 }
 
-/// Adds the values of a masked read. The label of each is the `read` text of a point for this
-/// value.
 void AddMasked(Printed& printed, View pdu) {
   constexpr unsigned kTimeBit = 63;
   std::size_t at = 1;

@@ -1,5 +1,5 @@
-// Decodes replies by the layouts in the reference, or as bytes if the reference has none. `baudgate
-// decode` uses this for replies that no point reads, polling only for values without a point.
+// ReadPrinted decodes replies by the layouts in the reference, or as bytes if the reference has
+// none. It serves replies that no point reads, above all in `baudgate decode`.
 #pragma once
 
 #include <string>

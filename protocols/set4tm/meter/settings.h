@@ -19,11 +19,12 @@ namespace baudgate::protocols::set4tm {
 
 // The enumerators of the enums below must be in the order of their words in the option table.
 
-/// Whether the floats that the gateway serves are primary or secondary values.
+/// Whether the meter's floats are primary values (multiplied by its ratios) or secondary values
+/// (not multiplied).
 enum class Floats : std::uint8_t { primary, secondary };
 enum class Snapshot : std::uint8_t { automatic, on, off };
 
-/// A billing reading contains the energies at the beginning of each period.
+/// Periods of billing readings. A billing reading has the energies at the beginning of a period.
 enum class BillingPeriod : std::uint8_t { day, month };
 
 struct Settings {

@@ -1,5 +1,5 @@
 // Explain returns the meaning of a one-byte status of a SET-4TM for the exchange, the points and
-// the next request. The functions below it are shared by the parts of the conversation.
+// the next request. The inline functions serve all files of protocols/set4tm.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,8 @@ struct StatusMeaning {
   std::string reason;  ///< why the request has failed; empty if the outcome is ok
   /// Quality that the requested points get; empty: the quality does not change.
   std::optional<Quality> quality;
-  /// Time without requests that the meter asks for (high four bits, in s), or a longer time.
+  /// How long no request is sent: as long as the meter asks for (high four bits of the status, in
+  /// s), or longer for some codes.
   Duration wait{};
   std::string_view remedy{};
 };
@@ -59,7 +60,6 @@ inline bool IsJournal(View pdu) {
 
 inline bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
-/// Returns an answer without readings that lets the task continue.
 inline Answer AskAgain() {
   Answer answer;
   answer.then = Then::ask_again;

@@ -195,7 +195,8 @@ std::uint32_t SignOf(Decoder decoder) {
 
 Decoded DecodeCounts(const Field& field, View data, const Scale& scale) {
   const auto raw = ByteReader(data).U32Be(field.offset);
-  // All ones mean "no data". This is known from practice, not from the manual (reference, 8.5).
+  // All ones mean "no data". This is known from practice; the manual does not mention it
+  // (reference, 8.5).
   if (!raw || *raw == kNoCounts) return Bad(Quality::bad_device_failure);
   if (field.decoder == Decoder::counts) return Number(*raw);
   return Scaled(*raw, Measure::energy, scale);
@@ -409,7 +410,8 @@ Decoded DecodeField(const Field& field, View data, const Scale& scale) {
       return DecodeClock(field, data, scale);
     case Decoder::drift:
     case Decoder::latched:
-      return Bad(Quality::bad_waiting);  // LatchedReads sets the value, the time of the broadcast
+      // LatchedReads and ClockDrift set these values later.
+      return Bad(Quality::bad_waiting);
     case Decoder::flag: {
       const auto byte = reader.U8((field.offset - 1) / 8);
       if (!byte) return Bad(Quality::bad_device_failure);
@@ -437,7 +439,7 @@ bool EncodeField(const Field& field, const Value& value, const Scale& scale, Byt
     return true;
   }
   if (field.decoder == Decoder::clock) return Put(data, field.offset, EncodeClock(number, scale));
-  // `alarm` has no bytes of its own: it follows from the flags.
+  // `alarm` is not encoded, because it has no bytes of its own: it follows from the flags.
   const Bytes bytes =
       field.decoder <= Decoder::hundredths_be ? EncodeNumber(field, number, scale) : Bytes();
   return !bytes.empty() && Put(data, field.offset, bytes);

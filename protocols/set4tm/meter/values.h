@@ -11,8 +11,6 @@
 
 namespace baudgate::protocols::set4tm {
 
-// Some texts of a meter (the name of its metering point) are in Windows-1251.
-
 /// Converts a text up to its first zero byte to UTF-8, without trailing blanks. Control bytes
 /// become '?'.
 std::string FromCp1251(View bytes);

@@ -32,9 +32,8 @@ class TwinAddress {
   TwinAddress(Bytes configured, std::optional<std::uint32_t> serial);
 
   bool Hears(View address) const;
-  /// True if the request came to the common address 0 and the meter's own address is another.
+  /// True if `address` is the common address 0 and the meter's own short address is another.
   bool IsCommon(View address) const;
-  /// Returns the address that the reply to a request to `address` must have.
   View ReplyTo(View address) const;
   void ReplyAs(Bytes address) { reply_as_ = std::move(address); }
 
@@ -55,10 +54,9 @@ class TwinClock {
   explicit TwinClock(const CivilZone& zone) : zone_(zone) {}
 
   void Set(Now now) { set_ = now; }
-  /// Returns the meter's time. Empty: the clock was never set.
   std::optional<CivilZone::Utc> At(Instant now) const;
-  /// Corrects the clock and returns the status. Access level 1 allows corrections of up to two
-  /// minutes, once a day, within an hour.
+  /// Corrects the clock and returns the status. Access level 1 allows one correction a day, by at
+  /// most two minutes, and only within the present hour.
   std::uint8_t Correct(std::chrono::seconds by, Instant now);
 
   const CivilZone& zone() const { return zone_; }

@@ -42,9 +42,9 @@ class TwinJournals {
   std::map<std::uint8_t, std::deque<Bytes>> journals_;
 };
 
-// A load profile of a simulated meter: a ring of hours with headers that fills with time. The
-// pointer is the place of the next slice. The counts of a slice are computed from the time of its
-// beginning.
+// A load profile of a simulated meter: a ring of hours, each a header and slices, that fills with
+// time. The pointer is the place of the next slice. The counts of a slice are computed from the
+// time of its beginning.
 class TwinLoad {
  public:
   using Utc = CivilZone::Utc;
@@ -52,10 +52,9 @@ class TwinLoad {
   /// The memory is empty at first. `begin`: the time since which the meter has been on.
   TwinLoad(const CivilZone& zone, unsigned minutes, std::size_t bytes, Utc begin);
 
-  /// From the next hour on, the header of an hour is written together with its first slice. Until
-  /// then the pointer names the place after the last record.
+  /// From the next hour on, the header of an hour is written only together with its first slice.
+  /// Before that the pointer names the place after the last record.
   void WriteHeadersLate() { late_ = true; }
-  /// Writes the records of all slices that have ended before `now`.
   void Advance(Utc now);
   /// Simulates a power failure while the clock runs on. Whole hours without power are missing from
   /// the memory; other slices without power are incomplete.
