@@ -1,4 +1,5 @@
-// `ExampleTwin` simulates a device of the example protocol.
+// `ExampleTwin` simulates a device of the example protocol: it answers with the values that its
+// TwinValues contain.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
