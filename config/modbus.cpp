@@ -154,7 +154,6 @@ std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, st
   return some;
 }
 
-/// Reads a list with at least one network.
 std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
   std::vector<Network> networks;
   for (const YamlNode& range :
