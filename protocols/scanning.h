@@ -25,7 +25,7 @@ namespace baudgate::protocols {
 /// configuration needs for such a device. Empty key: all options have their defaults.
 struct ScanMode {
   std::string_view key{};    ///< the option, for example "checksum"
-  std::string_view value{};  ///< its value, for example "true"
+  std::string_view value{};  ///< value of the option, for example "true"
 };
 
 struct Sighting {
