@@ -164,8 +164,7 @@ constexpr std::size_t kLongestEventText = 100;
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 bool IsNumber(Type type) { return type != Type::string && type != Type::boolean; }
 
-/// Returns the lowest and highest number that a point of integer type or bool can show, after scale
-/// and offset.
+/// Returns the range of a whole number or bit after scale and offset.
 std::pair<Decimal, Decimal> EndsOf(const Point& point) {
   const IntegerRange range = RangeOf(point);
   const Decimal a = range.lowest * point.scale + point.offset;

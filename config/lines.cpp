@@ -208,8 +208,9 @@ void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
   context.uniques.Port(line.port, line.name, shared, node->mark());
 }
 
-// Adds the default of every option that is not set at the line. Devices with another protocol share
-// a Bus, too, and the Bus reads its options from the line.
+// Adds to the line the defaults of all options of its devices' protocols that the line does not
+// set: a Bus (protocols/protocol.h) reads its options from the line, also for devices with their
+// own protocol.
 void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
   for (const Device& device : line.devices) {
     const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);

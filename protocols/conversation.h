@@ -85,8 +85,8 @@ struct Request {
   /// although its bytes may vary. Example: a probe that reads three registers, where polls read
   /// two.
   bool unlike_polls = false;
-  /// True if every reply of this device is a correct answer to this request, so that a late or
-  /// repeated reply does no harm. Example: a reader whose replies all contain its present tag.
+  /// True if every reply of this device answers this request correctly, so a late or repeated reply
+  /// does no harm. Example: a reader that sends its present tag.
   bool any_order = false;
   /// True if the reply carries the number of its request, as in Modbus TCP, so a late or repeated
   /// reply on this connection is recognised. The number proves nothing about the serial side of a
@@ -232,7 +232,7 @@ struct Standing {
 /// points have passed the checks of the Protocol. Indices in a Task are valid at Ask and OnFrame.
 /// OnFrame and OnFailure follow the Ask or Instead that returned their request. The protocol's
 /// reply rule has accepted every frame.
-//
+///
 /// If Queries() changes while a reply is awaited, the Task gets the new index of its query. If the
 /// query no longer exists, Interpret is called instead of OnFrame, and OnFailure gets an invalid
 /// query index.
@@ -297,7 +297,7 @@ class Conversation {
   /// no_reply, partial, corrupt or unexpected; or busy if the request was not sent, because its
   /// time was over or it was forbidden. If the function returns ask_again, the next request must
   /// close the session or password that is open.
-  //
+  ///
   /// Also called if OnFrame returned a batch, but the reply may belong to another request: the
   /// batch is discarded. Not called if the port is lost: OnReconnect is called instead.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }

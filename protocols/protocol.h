@@ -149,10 +149,10 @@ struct PduCarrier {
   /// Returns the whole frame with `pdu` (1…253 bytes) for one slave, or for all slaves (0).
   Bytes (*wrap)(std::uint8_t slave, View pdu) = nullptr;
   /// Judges `frame`, a whole reply to `request`, which wrap has made, and sets `pdu`.
-  //   ok          `pdu` is the reply
-  //   refused     `pdu` is the slave's exception
-  //   unexpected  `pdu` is the received PDU if only its length or repeated fields do not fit the
-  //               request; it is empty if the address or the function does not fit
+  ///   ok          `pdu` is the reply
+  ///   refused     `pdu` is the slave's exception
+  ///   unexpected  `pdu` is the received PDU if only its length or repeated fields do not fit the
+  ///               request; it is empty if the address or the function does not fit
   Outcome (*unwrap)(View request, View frame, Bytes& pdu) = nullptr;
   /// Returns the slave and the PDU of a master's request, a whole frame. Empty: the frame is not a
   /// request.

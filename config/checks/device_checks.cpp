@@ -70,8 +70,7 @@ void CheckSeldomGroups(const Device& device, const Keys& keys, Problems& problem
   }
 }
 
-/// Checks max_age and dead_age against the poll period. `unasked`: the device sends without
-/// requests and is not polled.
+/// `unasked`: the device sends without requests and is not polled.
 void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& problems) {
   const std::optional<Duration> limit = MaxAgeOf(device, Group::fast);
   if (!limit) {

@@ -73,7 +73,7 @@ struct Device {
   std::string address;   ///< as written; the protocol parses it
   std::string protocol;  ///< the protocol of the line, or the device's own protocol
   std::string profile;   ///< empty if all points are in the device's `points`
-  std::string title;     ///< the description of the device type, from the profile's key `device`
+  std::string title;     ///< text of the profile's key `device`, which describes the type
   std::optional<std::uint8_t> unit;
   bool enabled = true;
   /// For a device whose replies never show which request they answer

@@ -46,9 +46,8 @@ struct PointEvent {
   /// In units of the value. The event ends at value - hysteresis for On::above, and at value +
   /// hysteresis for On::below. For On::change, smaller or equal changes are ignored.
   Decimal hysteresis = 0;
-  /// How long the condition must last before the event begins, and its end before the event ends.
-  Duration delay{};
-  std::string text;  ///< empty: the gateway writes a text for the condition
+  Duration delay{};  ///< how long the condition, or its end, must last to count
+  std::string text;  ///< empty: the event gets a text made from `on` and `value`
   AlarmPriority alarm = AlarmPriority::none;
   /// For On::change: the text of the point that ends the event; any other text begins it. Empty:
   /// each change of the point is a message without an end.
@@ -78,7 +77,7 @@ void VisitFields(const PointEvent*, Visit visit) {
 /// Returns "change" or "above 5", which distinguishes the events of one point.
 std::string ConditionOf(const PointEvent& event);
 
-/// The numbers of the states are a public contract: Modbus clients and the command line see them.
+/// An event begins a state (`on`), ends it (`off`), or does neither (`message`).
 enum class EventState : std::uint8_t { off, on, message };
 inline constexpr std::size_t kEventStates = 3;
 

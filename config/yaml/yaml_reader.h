@@ -97,7 +97,7 @@ class MapReader {
   /// Returns the value of `key`; nothing if the key is absent, or has no value, which is reported
   /// as a problem.
   std::optional<YamlNode> Get(std::string_view key);
-  /// Like Get, but an absent key is a problem, whose message shows `example` as its value.
+  /// Like Get, but an absent key is a problem; the message shows `example`.
   std::optional<YamlNode> Need(std::string_view key, std::string_view example);
   /// Reports `message` if the key is present, because the key is not allowed in this map.
   void Refuse(std::string_view key, const std::string& message);

@@ -202,8 +202,8 @@ class QueryPlan {
     std::uint32_t key = 0;
     std::uint32_t begin = 0;
     std::uint32_t end = 1;
-    // Number of the refusal that set the item apart from its group. Items with different numbers
-    // share no request. 0: the item is not set apart.
+    // Number of the refusal (see refusals_) that set the item apart from its group; 0: not set
+    // apart.
     std::uint32_t refusal = 0;
     // Value of row_, the number of runs of refusals, when the item was set apart.
     std::uint32_t row = 0;

@@ -1,5 +1,4 @@
-// `ExampleTwin` simulates a device of the example protocol: it answers with the values that its
-// TwinValues contain.
+// `ExampleTwin` simulates a device of the example protocol.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

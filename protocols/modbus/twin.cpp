@@ -355,7 +355,7 @@ Bytes ModbusTwin::Identify(View pdu, Instant now) const {
     return Exception(pdu[0], kIllegalFunction);
   }
   constexpr std::uint8_t kOne = 4;
-  // Numbers of the objects behind the basic, regular and extended ones.
+  // Ends of the basic, regular and extended objects.
   constexpr std::size_t kEnds[] = {0x03, 0x80, 0x100};
   if (pdu[2] < 1 || pdu[2] > kOne) return Exception(pdu[0], kIllegalValue);
   const bool one = pdu[2] == kOne;

@@ -37,16 +37,15 @@ class ModbusTwin : public Twin {
   Bytes Write(View pdu, Instant now);
   Bytes MaskWrite(View pdu, Instant now);
   Bytes ReadWrite(View pdu, Instant now);
-  /// Answers reads whose request has no address range of registers or bits: status, counters,
-  /// server id, queue, file.
+  /// Answers reads without an address range, such as function 17 (server id).
   Bytes ReadOne(View pdu, Instant now) const;
   Bytes Identify(View pdu, Instant now) const;
   std::string SaysOf(Table table, std::size_t object, Instant now) const;
 
   Image ImageOf(const Space& space, std::size_t address, std::size_t count, Instant now) const;
   void Draw(const TwinPoints<Location>::One& point, Image& image, Instant now) const;
-  /// True if a range is allowed to be read or written: all of its words exist; with the option
-  /// `missing: zero` at least one. `there`: for each word of the range, whether it exists.
+  /// True if a range is allowed to be read or written: all its words exist, or with `missing: zero`
+  /// at least one. `there`: for each word of the range, whether it exists.
   bool Allows(const std::vector<bool>& there) const;
   /// Number of words up to the end of the last point.
   std::size_t CountOf(const Space& space) const;

@@ -54,7 +54,7 @@ enum ExceptionCode : std::uint8_t {
 };
 
 inline constexpr std::size_t kMaxPdu = 253;  ///< maximum length, function code included
-/// Limits of one read.
+/// The maximum number of registers or bits in one read.
 inline constexpr std::size_t kMostRegisters = 125;
 inline constexpr std::size_t kMostBits = 2000;
 /// The maximum number of registers in one record of a file, because the reply's byte count is at

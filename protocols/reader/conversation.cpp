@@ -276,9 +276,9 @@ void ReaderConversation::Remember(const std::string& text, Instant now) {
 /// If the reader repeats its last tag after `r`, the tag is not new, however long ago it came. If
 /// it repeats the tag twice, only the first of these messages is the reply, and the tag has come
 /// again:
-//   tag A, 10 s, r, A                  one tag, which stays
-//   tag A, 10 s, r, A, A               the tag came again: two tags
-//   tag A, 10 s, r, B, then B or none  B came and was read: A and B, once each
+///   tag A, 10 s, r, A                  one tag, which stays
+///   tag A, 10 s, r, A, A               the tag came again: two tags
+///   tag A, 10 s, r, B, then B or none  B came and was read: A and B, once each
 bool ReaderConversation::TakeAnswer(const std::string& text, Instant now) {
   std::erase_if(owed_, [now](Instant until) { return until < now; });
   const bool answer = !owed_.empty() && (text.empty() || text == last_);

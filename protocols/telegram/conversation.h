@@ -25,8 +25,8 @@ class AnswerReader {
   /// For each point: the field of an answer that it reads. Empty: the point is not read.
   using Places = std::vector<std::optional<ReadPlace>>;
 
-  /// `bound`: values of the fields that are equal in all telegrams, such as the address.
-  /// `description` must outlive this object.
+  /// `bound`: values of the fields that all telegrams share, such as the address. `description`
+  /// must outlive this object.
   AnswerReader(const Description& description, const Bound& bound, const config::Device& device);
 
   const Places& places() const { return places_; }
@@ -41,8 +41,8 @@ class AnswerReader {
   /// "CH2".
   Outcome Check(View request, View frame) const;
   Answer Interpret(View request, View frame) const;
-  /// Reads a message that the device has sent unasked. `bound`: values of the fields that are equal
-  /// in all telegrams, such as the address.
+  /// Reads a message that the device has sent unasked. `bound`: values that all telegrams share,
+  /// such as the address.
   Answer ReadUnasked(View message, const Bound& bound) const;
 
  private:
@@ -170,7 +170,7 @@ class TelegramConversation final : public Conversation {
 
   const config::Device& device_;
   const Settings settings_;  // settings of the device; `description` is never null
-  const Bound bound_;  // values of the fields that are equal in all telegrams, such as the address
+  const Bound bound_;        // values of the fields that all telegrams share, such as the address
   const AnswerReader reader_;
   Listening listening_;
   QueryPlan<Call> plan_;

@@ -160,8 +160,8 @@ using config::Access;
 using config::Point;
 using config::Type;
 
-/// True if the loss of the first digit of a telegram would not be noticed: the telegram begins with
-/// a number without a sign, and neither a width, a size field nor a check value protects it.
+/// True if the loss of the first digit would go unnoticed: a number without sign and width begins
+/// the telegram, which has neither a size field nor a check value.
 bool IsUnguarded(const Form& form) {
   const Element& first = form.pattern.elements.front();
   return form.is_unmarked() && first.is_field() && first.format.is_text_number() &&
@@ -206,7 +206,7 @@ bool Holds(const Point& point, std::uint64_t raw) {
 const Element* Beside(const Pattern& pattern, std::size_t index, bool behind) {
   const auto at = [&](std::size_t steps) -> const Element* {
     const std::size_t place =
-        // Wraps around in front of the first element, so `place` is no element.
+        // Below 0 the index wraps around, and `place` is no element.
         behind ? index + steps : index - steps;
     return place < pattern.elements.size() ? &pattern.elements[place] : nullptr;
   };

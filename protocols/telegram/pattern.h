@@ -47,9 +47,9 @@ struct Pattern {
   std::size_t least_size() const;
   /// Returns the size of the telegram. Empty: the size depends on the content.
   std::optional<std::size_t> size() const;
-  /// Returns the smallest and the largest size of a telegram. A signed number field can contain a
-  /// shorter code (kShorterCode). A field without a width counts as empty in the smallest size, and
-  /// the largest size is then empty.
+  /// Returns the smallest and the largest size of a telegram. A signed number can be a shorter code
+  /// (kShorterCode). Fields without a width count as empty in the smallest size; the largest is
+  /// then unknown.
   std::pair<std::size_t, std::optional<std::size_t>> usual_sizes() const;
   /// How the end of a text field without a width is found: the next fixed characters (`literal`),
   /// and how many characters of other fields are in front of them (`between`). Example: "\r" and 2

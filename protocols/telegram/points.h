@@ -54,8 +54,8 @@ struct Call {
 class Questions {
  public:
   Questions() = default;
-  /// `calls`: an empty entry stands for a point without a call. `bound`: values of the fields that
-  /// are equal in all telegrams, such as the address.
+  /// `calls`: an empty entry stands for a point without a call. `bound`: values that all telegrams
+  /// share.
   Questions(const Description& description, const Bound& bound,
             const std::vector<std::optional<Call>>& calls);
 

@@ -311,7 +311,8 @@ std::optional<Recognised> OtherChecksum(const Form& form, const Match& match) {
 
 namespace {
 
-/// Minimum lengths of a line that is explained: after a request, and for an unasked line.
+/// A line of text is explained only if it has at least this many characters: after a request, or
+/// unasked.
 constexpr std::size_t kShortest = 2;
 constexpr std::size_t kShortestUnasked = 8;
 constexpr std::size_t kQuoted = 24;
