@@ -19,7 +19,8 @@ namespace {
 constexpr const char* kMask = "***";
 constexpr int kDeepest = 64;
 constexpr std::size_t kMostText = 8 * 1024 * 1024;
-/// Shorter values are masked only at their own key, because a text such as "1" occurs everywhere.
+/// A shorter secret is masked only as the value of its own key: a text such as "1" occurs in many
+/// other places.
 constexpr std::size_t kShortestCopy = 3;
 
 class Masker {
@@ -57,8 +58,8 @@ class Masker {
   }
 
  private:
-  /// Writes a map with masked secrets. In "{ password: SEC,RET }", the rest of the secret, RET, is
-  /// a key without a value, so keys without a value behind a secret are masked.
+  /// Writes a map with masked secrets. YAML takes RET in "{ password: SEC,RET }" for a key without
+  /// a value, so keys without a value that follow a secret are masked, too.
   void EmitMap(const YAML::Node& node, YAML::Emitter& out) const {
     bool behind_secret = false;
     out << YAML::BeginMap;
@@ -224,8 +225,8 @@ class Trial {
     gateway.remove("recordings");
   }
 
-  /// Returns a free address on loopback: "127.0.0.1:1502" for "0.0.0.0:502", or the next unused
-  /// port.
+  /// Returns an address on loopback that the trial does not use yet: "127.0.0.1:1502" for
+  /// "0.0.0.0:502", with the next free port number if 1502 is used.
   std::string OnLoopback(const std::string& at) {
     const auto place = ParseHostPort(at);
     std::uint16_t port = place ? place->port : kFirstFreePort;

@@ -21,8 +21,8 @@ std::set<std::string> SecretKeys(const Catalog& catalog);
 /// aliases make it endless or too large.
 Result<std::string> MaskedConfig(const std::string& yaml, const std::set<std::string>& secrets);
 
-// TrialPlaces contains the places that a trial configuration uses for `baudgate simulate --write`:
-// ports of simulated devices, outputs on loopback, and a separate folder for stored data.
+// TrialPlaces contains the places that a trial configuration uses (`baudgate simulate --write`):
+// ports of simulated devices, profiles, and a separate folder for stored data.
 struct TrialPlaces {
   std::vector<std::string> ports;  ///< ports of the lines, in the order of the file
   std::filesystem::path profiles;  ///< base of relative profile paths; absolute

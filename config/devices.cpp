@@ -67,8 +67,8 @@ void Apply(const Ratio& ratio, Point& point) {
   point.unit = ratio.unit;
 }
 
-/// Applies a device's `ratios`. They contain the values of its units at this site, and apply to
-/// every point that has one of these units.
+/// Applies a device's `ratios`. A ratio gives the value of one unit at this site, and applies to
+/// all points with this unit.
 ///
 ///     ratios: { xIn: 400 A, xUn: 10 kV }      current_l1, unit xIn, reads 0.52 → 208 A
 ///
@@ -143,8 +143,9 @@ const RawProfile* FindProfile(MapReader& map, const protocols::Protocol* protoco
   return &context.profiles.emplace(key, std::move(profile)).first->second;
 }
 
-/// Reads times, retries and ages of the device. The line's timing and retries are not copied to the
-/// device, because they stay fallbacks. Returns the pace merged from device, profile and line.
+/// Reads times, retries and ages of the device. The line's retries and most of its times are not
+/// copied to the device, because they apply where the device has none; for the exceptions see
+/// MergeDevice. Returns the pace merged from device, profile and line.
 Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device& device) {
   const Pace said = ReadPace(map, Level::device);
   const Pace own = Merge(said, profile.pace);
@@ -309,7 +310,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
     ApplyRatios(map, device);
     ApplyWritePermit(map, device);
   } else {
-    // The points are unknown, so these keys are accepted unchecked.
+    // The points are unknown, so keys that name points are accepted without a check.
     for (const char* key : {"event_alarms", "ratios", "allow_when", "write"}) map.Get(key);
   }
   if (raw) BlameProfile(map, *raw, context);

@@ -18,17 +18,18 @@ const protocols::Protocol* ReadProtocol(const YamlNode& node, const std::string&
 
 struct LineContext {
   const Line& line;
-  const Pace& pace;                     ///< the pace of the line, else of the gateway
+  const Pace& pace;  ///< the settings for polling of the line, completed by those of the gateway
   const Options& options;               ///< options of scope line that the line sets
   const protocols::Protocol* protocol;  ///< null if the line's protocol was not found
   LineAddresses& addresses;
 };
 
-/// Returns the default of `recheck`: jump, if replies have neither a strong check value nor parity,
-/// else off.
+/// Returns the default of `recheck`: `jump` if the replies have a weak check value
+/// (Protocol::weak_check) and no parity, else `off`.
 Recheck DefaultRecheck(const protocols::Protocol& protocol, const SerialSettings& serial);
 
-/// True if the silence of a device with this protocol and these options is normal.
+/// True if a device with this protocol and these options sends without requests, and only now and
+/// then, so that its silence is normal.
 bool IsNeverOld(const protocols::Protocol& protocol, const Options& options);
 
 Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context);

@@ -18,7 +18,7 @@ namespace baudgate::config {
 namespace {
 
 struct EventAlarm {
-  std::optional<std::uint32_t> channel{};  ///< empty: the row for every channel
+  std::optional<std::uint32_t> channel{};  ///< empty: the row that applies to all channels
   std::uint32_t code = 0;
   AlarmPriority priority = AlarmPriority::none;
 };
@@ -158,13 +158,13 @@ void ReadEventAlarms(MapReader& map, Device& device) {
 namespace {
 
 constexpr std::size_t kMostEvents = 16;
-/// A longer text would leave no room for the point and its value.
+/// An event record has room for a text of this length, the point and its value.
 constexpr std::size_t kLongestEventText = 100;
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 bool IsNumber(Type type) { return type != Type::string && type != Type::boolean; }
 
-/// Returns the range of a whole number or bit, in units of the value.
+/// Returns the range of a whole number or bit after scale and offset.
 std::pair<Decimal, Decimal> EndsOf(const Point& point) {
   const IntegerRange range = RangeOf(point);
   const Decimal a = range.lowest * point.scale + point.offset;
@@ -307,7 +307,8 @@ bool IsSame(const EventText& a, const EventText& b) {
   return a.channel == b.channel && a.code == b.code;
 }
 
-/// Checks `alarm` and `until` of a row. An alarm without `until` only waits to be acknowledged.
+/// Checks `alarm` and `until` of a row. An alarm without `until` has no end: it only waits for its
+/// acknowledgement.
 void CheckAlarm(const EventText& one, const MapReader& map) {
   const auto error = [&](std::string_view key, const std::string& text) {
     map.problems().Error(map.MarkOf(key), std::string(key) + ": " + text);

@@ -26,7 +26,7 @@ namespace baudgate::config {
 // The keys alarms: and event_alarms:.
 //
 //   alarms: high                              of gateway, line, device and route; or `off`
-//   alarms: { priority: low, delay: 5min }    each key overrides separately
+//   alarms: { priority: low, delay: 5min }    a missing key keeps the setting above
 //   event_alarms: { "2E17": high, "E3": off } of a device: rows of its profile's table
 
 /// Reads the key `alarms`. `above` contains the settings of the level above, for absent keys.
@@ -41,9 +41,9 @@ void ReadEventAlarms(MapReader& map, Device& device);
 std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point);
 
 Events ReadEvents(const YamlNode& node, Problems& problems);
-/// `given`: the gateway has the key `events`. `device` must have its event table and its points.
+/// Reads `events:` of a device. `given`: the gateway has the key `events`. The event table and the
+/// points of `device` must have been read.
 void ReadDeviceEvents(MapReader& map, bool given, Device& device);
-/// Reads the table `events:` of a profile; `records` are the records of the profile.
 std::vector<EventText> ReadEventTable(const YamlNode& node,
                                       const std::vector<RecordPattern>& records,
                                       Problems& problems);

@@ -42,7 +42,7 @@ std::vector<std::uint32_t> PointsOf(const RecordPattern& record, const Device& d
   return points;
 }
 
-/// True if a recorded event of the device uses the record.
+/// True if an event that is recorded for the device needs this record.
 bool IsOwed(const std::string& record, const Device& device) {
   const auto has_it = [&](const auto& event) { return event.record == record; };
   if (device.events && std::ranges::any_of(device.event_texts, has_it)) return true;

@@ -37,9 +37,9 @@ std::vector<RecordPattern> ReadRecords(const YamlNode& node, Problems& problems)
 void CheckRecordName(const std::string& name, const Mark& mark,
                      const std::vector<RecordPattern>& records, Problems& problems);
 
-/// Sets `device.records` from the profile's patterns. `device` must have its points and its event
-/// settings. If a recorded event uses a record, the slow points of the record become daily, because
-/// they are read after the event anyway.
+/// Sets `device.records` from the profile's patterns. The points and the event settings of `device`
+/// must have been read. If a recorded event uses a record, the points of the record in the group
+/// slow change to daily: they are read after each event, so frequent polls are not needed.
 void ResolveRecords(const std::vector<RecordPattern>& records, Device& device, Problems& problems);
 
 /// Reads `history`. Must be called after the lines were read, because their points are matched.

@@ -33,7 +33,8 @@ std::optional<std::string> ReadName(MapReader& map, std::string_view example) {
 
 namespace {
 
-/// The meaning of a word of the key `parity`; empty: the gateway makes the parity (`software`).
+/// The parity that a word of the key `parity` means. Empty: the word `software`, which leaves the
+/// parity as it is and lets the gateway make it.
 using MapParity = std::optional<Parity>;
 constexpr MapParity kSoftware;
 constexpr std::array<Word<MapParity>, 11> kParities = {{{"none", Parity::none},
@@ -207,8 +208,9 @@ void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
   context.uniques.Port(line.port, line.name, shared, node->mark());
 }
 
-// Adds the defaults of options to the line: the Bus of a device's own protocol reads its options
-// from the line.
+// Adds to the line the defaults of all options of its devices' protocols that the line does not
+// set: a Bus (protocols/protocol.h) reads its options from the line, also for devices with their
+// own protocol.
 void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
   for (const Device& device : line.devices) {
     const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);

@@ -23,8 +23,8 @@
 
 namespace baudgate::config {
 
-/// Reads and checks the mandatory key `name` of a line or device. Later messages of `map` contain
-/// the name.
+/// Reads and checks the mandatory key `name` of a line or device. From then on, messages of `map`
+/// contain the name.
 std::optional<std::string> ReadName(MapReader& map, std::string_view example);
 
 /// Parses "9600 7E1". Settings that the text does not contain are those of `base`.
@@ -38,10 +38,10 @@ SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Prob
 void ReadSerialExtras(MapReader& line, SerialSettings& serial);
 
 /// Reads `timing`, `retries`, `poll`, `slow`, `daily` and `recheck`, which are allowed in gateway,
-/// line, profile and device. `level` says to which of these the map belongs.
+/// line, profile and device. `level` says which of these four contains the map.
 Pace ReadPace(MapReader& map, Level level);
 
-/// State that the readers of one file share.
+/// The readers of one configuration share this state.
 struct LoadContext {
   LoadContext(const Catalog& catalog, std::filesystem::path base, Problems& problems)
       : catalog(catalog), base(std::move(base)), problems(problems), uniques(problems) {}
@@ -58,7 +58,8 @@ struct LoadContext {
   std::map<std::string, std::map<std::string, std::string>> listed_names;
   /// Profile files whose errors have already been reported at a device that uses them.
   std::set<std::string> bad_profiles;
-  /// Number of points of all devices so far; limits the size that YAML aliases can produce.
+  /// Number of points of all devices so far. It is limited, because YAML aliases can make a small
+  /// file huge.
   std::size_t points = 0;
 };
 

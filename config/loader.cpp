@@ -148,7 +148,7 @@ Device DeviceFromProfile(const Profile& profile, const protocols::Protocol& prot
   device.options = DefaultOptions(protocol);
   Override(device.options, profile.options);
   device.points = profile.points;
-  Problems known;  // problems were reported when the profile was read
+  Problems known;  // these problems were reported when the profile was read
   AssignIntervals(device, known);
   ResolveSentinels(device, &protocol, known);
   device.event_texts = profile.event_texts;

@@ -19,7 +19,7 @@ namespace baudgate::config {
 Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
                 const std::vector<Line>& lines, LoadContext& context);
 
-/// Reads a listener: an address ("0.0.0.0:502", "/dev/ttyS1") or a map of keys.
+/// Reads a listener, which is an address ("0.0.0.0:502", "/dev/ttyS1") or a map.
 Listener ReadListener(const YamlNode& node, LoadContext& context);
 /// Reads the networks and addresses that are allowed to connect. `[]` allows everybody, like an
 /// absent key.

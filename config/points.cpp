@@ -34,8 +34,8 @@ constexpr std::array<Quality::Code, 8> kByCode = {
     Quality::bad_sensor_failure,    Quality::bad_out_of_service,  Quality::uncertain,
     Quality::uncertain_last_usable, Quality::uncertain_sub_normal};
 
-// Parses a quality code in hex. A sentinel cannot have a quality that is good, or that only the
-// gateway sets (waiting, communication).
+// Parses a quality code in hex. Returns nothing for a quality that a sentinel cannot have: a good
+// one, and those that only the gateway sets (waiting, communication).
 std::optional<Quality> QualityOfCode(std::string_view text) {
   if (!text.starts_with("0x") && !text.starts_with("0X")) return std::nullopt;
   const auto code = ParseInteger<std::uint8_t>(text.substr(2), 16);

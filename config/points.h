@@ -17,14 +17,14 @@ namespace baudgate::config {
 
 struct TypeText {
   Type type = Type::float32;
-  std::size_t text_length = 0;  ///< length in bytes of string(n)
+  std::size_t text_length = 0;  ///< for string(n): length in bytes
   TimeType time_type = TimeType::none;
 };
 
 /// Parses "float32" or "string(16)", or an IEC 61131-3 type in capitals: "REAL", "STRING[16]".
 Result<TypeText> ParseType(std::string_view text);
 
-/// Returns "ms" for times, "s" for dates; else an empty text.
+/// Returns "ms" for TIME and TOD, "s" for DATE and DT; else an empty text.
 std::string_view UnitOf(TimeType type);
 
 /// A point whose values have not been parsed. So the keys of a device can override the keys of its
@@ -46,9 +46,9 @@ std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems);
 std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<RawPoint>& over,
                                   Problems& problems);
 
-/// Parses `raw` into points. Reports every problem of a point and of its device's points together.
-/// If `protocol` is null, the protocol's own checks are left out. `recheck` is the default for
-/// points without that key.
+/// Parses `raw` into points. Reports the problems of all points, not only the first one. If
+/// `protocol` is null, the protocol's own checks are left out. `recheck` is the default for points
+/// without that key.
 std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw,
                                const protocols::Protocol* protocol, Problems& problems,
                                Recheck recheck = Recheck::off);

@@ -98,7 +98,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostNames = 64;
 constexpr std::size_t kLongestName = 64;
 
-/// Calls `take` with each top-level entry of each profile.
 template <typename Take>
 void ReadEntriesOfAll(const Catalog& catalog, const protocols::Protocol& protocol, Take take) {
   for (const ProfileFile& file : catalog.Profiles(std::string(protocol.name))) {

@@ -25,13 +25,13 @@ Options ReadOptions(MapReader& map, const protocols::Protocol& protocol,
 
 // The functions below read the names that devices report: the key `identity` of profiles and
 // devices, and the names that the other installed profiles of a protocol list. Conversations
-// compare them with the name that a device reports.
+// (protocols/common/identification.h) compare these names with the name that the device reports.
 
 /// Reads a device's `identity:`, a list or `ignore`; the default is the profile's names.
 Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile);
 
-/// Returns for each listed name the installed profile that lists it, from all profiles that the
-/// protocol can use. Files that cannot be read are skipped.
+/// Reads all installed profiles that the protocol can use. Returns a map from each name that a
+/// profile lists to that profile. Files that cannot be read are skipped.
 std::map<std::string, std::string> ListedNames(const Catalog& catalog,
                                                const protocols::Protocol& protocol);
 /// Like ListedNames, but also with the profiles' titles (`device:`).
@@ -40,7 +40,7 @@ std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog,
 
 /// A profile whose points have not been parsed, so that the keys of a device can override them.
 struct RawProfile {
-  Profile profile;   ///< without points
+  Profile profile;
   std::string file;  ///< the file's name in problems
   std::vector<RawPoint> points;
 };

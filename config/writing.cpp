@@ -36,7 +36,6 @@ std::optional<AllowWhen> ReadInterlock(const YamlNode& node, Problems& problems)
   return interlock;
 }
 
-/// Returns " did you mean 'b'? can be written: a, b".
 std::string WhatCan(std::string_view name, std::span<const std::string_view> names) {
   constexpr std::size_t kMostNamed = 12;
   if (names.empty()) return " can be written: none";
@@ -119,7 +118,6 @@ const Named* NearestOf(const std::vector<Named>& all, std::string_view name) {
   return near ? &all[*near] : nullptr;
 }
 
-/// Returns " did you mean 'bay-1.feeder-1.local'?", or an empty text.
 std::string MeantPlace(const Config& config, std::string_view text) {
   const auto name = SplitName(text);
   const Line* const line = name ? NearestOf(config.lines, name->line) : nullptr;

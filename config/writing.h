@@ -1,5 +1,5 @@
-// Reads the keys of points and devices that become config::Writing. Interlocks are resolved when
-// all lines have been read.
+// Reads the keys of points and devices that become config::Writing. Interlocks name points of any
+// line, so ResolveInterlocks looks these points up when all lines have been read.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -12,7 +12,6 @@ namespace baudgate::protocols {
 
 const std::vector<const Protocol*>& AllProtocols();
 
-/// Returns the protocol with this name, or null if there is none.
 const Protocol* FindProtocol(std::string_view name);
 
 }  // namespace baudgate::protocols

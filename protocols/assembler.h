@@ -1,5 +1,6 @@
-// `Assembler` buffers the bytes of a line and cuts frames out of them with a frame rule, however
-// the bytes are split. gateway/bus/exchange/line.h and twins feed it and take the frames.
+// `Assembler` collects the bytes of a line, which come in pieces of any size, and cuts frames out
+// of them with a frame rule. gateway/bus/exchange/line.h and twins pass the bytes to it and get the
+// frames.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,27 +25,28 @@ struct AssemblerCounters {
 
 class Assembler {
  public:
-  /// Drops the buffered bytes (they count as discarded) and restarts with this rule and
+  /// Drops the buffered bytes, which count as discarded, and starts again with this rule and
   /// expectation.
   void Begin(FrameRule rule, Expectation expect);
 
-  /// Appends `bytes`. The buffer stays below expect.max_bytes + bytes.size(): excess bytes are
-  /// discarded as corrupt from the front, one at a time, so a frame behind them can still be found.
+  /// Appends `bytes`. Call Next afterwards until it returns nothing: at most expect.max_bytes then
+  /// remain in the buffer. Next discards older bytes as corrupt, one at a time, so that a frame
+  /// behind them is still found.
   void Feed(View bytes);
 
   /// Returns the next whole frame, or nothing if the buffer contains none. `idle`: the line is
-  /// silent, so the rule must decide now; an incomplete frame is discarded as partial. All
-  /// discarded bytes are appended to `discarded`, unless it is null.
+  /// silent, so no more bytes of an incomplete frame will come, and it is discarded as partial.
+  /// Discarded bytes are appended to `discarded`, unless it is null.
   std::optional<Bytes> Next(bool idle, Bytes* discarded = nullptr);
 
   std::size_t held() const { return held_.size() - head_; }
   std::size_t fed() const { return fed_; }
 
   /// Returns the most serious outcome of the bytes that were discarded since Begin or TakeBlame:
-  /// corrupt before unexpected before partial before none. why() is its reason.
+  /// corrupt, else unexpected, else partial, else none. why() is the reason for that outcome, such
+  /// as "checksum".
   Outcome blame() const { return blame_; }
   std::string_view why() const { return why_; }
-  /// Returns blame(), then sets blame() to none and clears why().
   Outcome TakeBlame() {
     why_ = {};
     return std::exchange(blame_, Outcome::none);

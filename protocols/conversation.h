@@ -1,7 +1,7 @@
 // The contract of conversations. A `Conversation` belongs to one device and defines which requests
-// read its points, what to send for a write, and what replies mean. gateway/bus/jobs/job.h calls
-// it, one exchange after another, on the thread of its line. It has no thread, socket or clock and
-// writes no log. docs: protocols/README.md, "The steps".
+// read its points, what to send for a write, and what replies mean. gateway/bus/jobs/job.h calls it
+// on the thread of its line; only one exchange is under way at a time. A conversation has no
+// thread, socket or clock and writes no log. docs: protocols/README.md, "The steps".
 //
 // A poll of one query, in calls:
 //   Queries()                → {{fast, {0, 1}}, {slow, {2}}}    points 0 and 1 share one request
@@ -54,10 +54,10 @@ struct PointValue {
 /// several if a session must be opened before, or a password closed after a write.
 struct Task {
   enum class Kind : std::uint8_t {
-    poll,        ///< reads the points of Queries()[query]
-    probe,       ///< tests with one short exchange whether the device answers
-    write,       ///< writes `value` to `point`, then closes any session or password that was opened
-    events,      ///< reads the events that the device has recorded since the last such task
+    poll,
+    probe,   ///< tests with one short exchange whether the device answers
+    write,   ///< writes `value` to `point`; closes a session or password that the task has opened
+    events,  ///< reads the events that the device has recorded since the last task of this kind
     background,  ///< makes one low-priority exchange, see Conversation::BackgroundDue
   };
   Kind kind = Kind::poll;
@@ -85,7 +85,8 @@ struct Request {
   /// although its bytes may vary. Example: a probe that reads three registers, where polls read
   /// two.
   bool unlike_polls = false;
-  /// True if the reply is correct for any request, so a late or repeated copy does no harm.
+  /// True if every reply of this device answers this request correctly, so a late or repeated reply
+  /// does no harm. Example: a reader that sends its present tag.
   bool any_order = false;
   /// True if the reply carries the number of its request, as in Modbus TCP, so a late or repeated
   /// reply on this connection is recognised. The number proves nothing about the serial side of a
@@ -94,8 +95,8 @@ struct Request {
   /// True if the request ends what an earlier request began, for example "close the password". It
   /// is sent even if the client has disconnected or the task's time is over.
   bool closes = false;
-  /// True if the request only prepares a write, as a password does. If it fails, nothing has been
-  /// written.
+  /// True if the request only prepares a write, as a password does. If it fails, the write has not
+  /// been sent.
   bool prepares = false;
   /// True if the request sets or reads the device's time, so Conversation::Stamp is called when the
   /// request is sent.
@@ -119,7 +120,7 @@ struct Reading {
   std::size_t point = kNoPoint;
   Value value{};  ///< empty: the reading has a quality, but no value
   Quality quality = Quality::good;
-  /// If there is no point (`baudgate decode`): the item's name in the protocol.
+  /// Name of the item in the protocol, for `baudgate decode`, if the value belongs to no point.
   std::string label{};
 };
 
@@ -127,7 +128,7 @@ struct Reading {
 /// minute is {12345ms, 1min}; a full date is the time since 1970 with period zero.
 struct SaidTime {
   Duration time{};
-  Duration period{};  ///< the time is known modulo this period; zero: the full time is known
+  Duration period{};
 };
 
 struct DeviceEvent {
@@ -149,26 +150,27 @@ struct PastValue {
 /// Values that a device has measured and stored by its own clock: half an hour of a load profile,
 /// or the energies at the beginning of a month.
 struct PastRecord {
-  /// Series of the record: "load_1", with values such as "load_1.active_import", or "month".
+  /// Names the kind of record: "month", or "load_1", whose values have names such as
+  /// "load_1.active_import".
   std::string series{};
-  Duration begin{};  ///< begin of the interval, since 1970
+  Duration begin{};  ///< begin of the interval, since 1970 in UTC
   Duration span{};   ///< length of the interval; zero: a snapshot, all values belong to one moment
   std::vector<PastValue> values{};  ///< empty: the device has lost the values of this interval
 };
 
-/// Events from one reply of a device, the oldest first. The device deletes them when it is asked
-/// for the next ones, so the poller asks only after they have been saved
+/// Events from one reply of a device, the oldest first. A device may delete them when it is asked
+/// for newer events, so the poller asks only after they have been saved
 /// (gateway/bus/devices/poller_listener.h).
 struct EventBatch {
   std::vector<DeviceEvent> events{};
   std::vector<PastRecord> past{};
   std::string said{};  ///< the batch as received; a repeated batch has equal text
   bool again = false;  ///< true: this batch may be a repetition of the last batch
-  /// True: the device has no more events, so events of the next batch are newer than this exchange.
+  /// True: the device has no more events now, so the events of the next batch happen after this
+  /// exchange.
   bool drained = false;
 };
 
-/// How a task continues after an exchange.
 enum class Then : std::uint8_t {
   done,       ///< the task has ended
   ask_again,  ///< the task goes on: call Ask again with the same task for the next exchange
@@ -181,8 +183,8 @@ enum class Then : std::uint8_t {
 struct Answer {
   Outcome outcome = Outcome::ok;
   std::string reason{};  ///< one sentence for the log; empty if the outcome is ok
-  /// The advice to the user in `baudgate status`. Example: "look at its display". Empty: the
-  /// default advice, which is to poll a busy device less often, else to compare the device with its
+  /// The advice to the user in `baudgate status`. Example: "look at its display". If it is empty,
+  /// `status` advises to poll a busy device less often, and to compare any other device with its
   /// profile.
   std::string remedy{};
   std::vector<Reading> readings{};
@@ -193,8 +195,8 @@ struct Answer {
   /// True: the write was refused, but may have changed something. Example: an analog output that
   /// went to its limit.
   bool may_have_acted = false;
-  /// No request must be sent to the device for this time. Example: it answered "busy, ask me in 2
-  /// s".
+  /// No request must be sent to the device for this time. Example: the device has answered "busy,
+  /// ask me in 2 s".
   Duration wait{};
   /// For tasks of events and background tasks: the events and records of the reply. An answer with
   /// a batch ends the task.
@@ -212,9 +214,9 @@ struct DeviceTrouble {
   explicit operator bool() const { return reason != Reason::none; }
 };
 
-/// How to recognise the messages that a device sends unasked. Examples: readers of tags and bar
-/// codes, weighing indicators. gateway/bus/exchange/line.h receives such messages, also during an
-/// exchange.
+/// How to recognise the messages that a device sends without a request. Examples: readers of tags
+/// and bar codes, weighing indicators. The name means that such messages are expected at all times:
+/// gateway/bus/exchange/line.h receives them also during an exchange.
 struct Standing {
   FrameRule rule = nullptr;
   Expectation expect{};  ///< Expectation::reply must be `standing`
@@ -226,10 +228,11 @@ struct Standing {
   bool marked = false;
 };
 
-/// The conversation with one device. The caller guarantees: the device's address, options and
-/// points have passed the checks of the Protocol; indices in a Task are valid at Ask and OnFrame;
-/// OnFrame and OnFailure follow the Ask or Instead that returned their request; every frame was
-/// accepted by the protocol's reply rule.
+/// The conversation with one device. The caller guarantees: The device's address, options and
+/// points have passed the checks of the Protocol. Indices in a Task are valid at Ask and OnFrame.
+/// OnFrame and OnFailure follow the Ask or Instead that returned their request. The protocol's
+/// reply rule has accepted every frame.
+///
 /// If Queries() changes while a reply is awaited, the Task gets the new index of its query. If the
 /// query no longer exists, Interpret is called instead of OnFrame, and OnFailure gets an invalid
 /// query index.
@@ -242,28 +245,29 @@ class Conversation {
   /// and Recall.
   virtual std::span<const Query> Queries() const = 0;
 
-  /// True if the device has events and the user wants them. Tasks of events are then run as often
-  /// as fast polls, and again as soon as a batch is saved. This function is called whenever
-  /// Queries() is.
+  /// True if the device records events and the configuration requests them. Tasks of events are
+  /// then run as often as fast polls, and at once when a batch has been saved. Called when
+  /// Queries() is called.
   virtual bool HasEvents() const { return false; }
 
   /// Returns the earliest time of the next background task. Empty: no background task is wanted.
-  /// Background tasks run when no other job of the line is due soon, at least once a minute, and
-  /// never while a batch is unsaved. Called after each task, and when a batch has been saved.
+  /// Background tasks run when no other job of the line is due soon, at least once a minute. They
+  /// never run while an EventBatch is being saved. Called after each task, and when a batch has
+  /// been saved.
   virtual std::optional<Instant> BackgroundDue() const { return std::nullopt; }
 
-  /// Called when the event store has been opened (with the batch from before a restart) and
-  /// whenever a batch of events is saved; HasEvents is called afterwards. `said` is
-  /// EventBatch::said of the newest saved batch; empty: no batch is saved. A conversation with a
-  /// device that never deletes events uses it to find out which events are already delivered, and
-  /// returns false from HasEvents until the first call.
+  /// Called when the store of events has been opened, and whenever a batch of events has been
+  /// saved; HasEvents is called afterwards. `said`: EventBatch::said of the newest saved batch,
+  /// perhaps from before a restart; empty: there is none. If a device never deletes events, its
+  /// conversation finds out in this way which events were delivered, and returns false from
+  /// HasEvents until the first call.
   virtual void OnEventsKept(std::string_view /*said*/) {}
 
   /// Returns the next request of `task`. This can be a request that only prepares the task, such as
-  /// a login; its Answer then returns ask_again. The returned request may never be sent: it may
-  /// wait behind a probe or for a busy device, after which Ask is called again or the task ends
-  /// without a call. So a conversation must count requests in OnFrame, OnSent and OnFailure, not
-  /// here. An error, one sentence, ends the task as unsupported: the value cannot be written.
+  /// a login; its Answer then returns ask_again. The request is perhaps never sent: if it must wait
+  /// for a probe or a busy device, Ask is called again later, or the task ends. So a conversation
+  /// must count requests in OnFrame, OnSent and OnFailure, not here. If the value cannot be
+  /// written, returns an error of one sentence, which ends the task as unsupported.
   virtual Result<Request> Ask(const Task& task, Instant now) = 0;
 
   /// Returns how many of `writes`, from the first on, fit in one exchange. Example: 2 for
@@ -272,14 +276,15 @@ class Conversation {
     return std::min<std::size_t>(writes.size(), 1);
   }
 
-  /// Called for a whole frame that answers `request` according to Check: an ok reply, or a refusal.
+  /// Called for a whole frame for which Check returned that it answers `request`, with a value or a
+  /// refusal.
   virtual Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) = 0;
 
   /// Called when `request`, a broadcast (Expectation::Reply::none), has been sent. If it returns
   /// ask_again, the task continues, and Ask is called for its next request.
   virtual Then OnSent(const Task&, const Request&, Instant) { return Then::done; }
 
-  /// Called when a stamped request is about to be sent. Writes the time into the request; the
+  /// Called just before a request with `stamped` is sent, to write the present time into it. The
   /// number of its bytes must not change. `arrives`: when the last byte will have been sent.
   /// `character`: the duration of one character on this line.
   virtual void Stamp(Request&, Now /*arrives*/, Duration /*character*/) {}
@@ -289,22 +294,23 @@ class Conversation {
   virtual void OnHostClock(bool /*right*/) {}
 
   /// Called when `request` has failed and is not repeated any more. The outcome is the cause:
-  /// no_reply, partial, corrupt, unexpected; or busy if the request was not sent, because its time
-  /// was over or it was forbidden. If the function returns ask_again, another exchange follows,
-  /// which must close what is open. Also called after an OnFrame that gave a batch, if the reply
-  /// may belong to another request: the batch is then discarded. Not called if the port is lost:
-  /// OnReconnect follows instead.
+  /// no_reply, partial, corrupt or unexpected; or busy if the request was not sent, because its
+  /// time was over or it was forbidden. If the function returns ask_again, the next request must
+  /// close the session or password that is open.
+  ///
+  /// Also called if OnFrame returned a batch, but the reply may belong to another request: the
+  /// batch is discarded. Not called if the port is lost: OnReconnect is called instead.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
-  /// Returns the request to send before a failed request is repeated, or instead of a request that
-  /// is not repeatable. Empty: the request is repeated if it is repeatable, else the exchange has
+  /// Returns the request to send before a failed request is repeated, or in its place. Empty: the
+  /// failed request is repeated if it is repeatable and has no context; otherwise the exchange has
   /// failed. Examples: a DCON broadcast that is due; SPA command B, which returns the last answer
   /// to L again, because L removes events from the device.
   virtual std::optional<Request> Instead(const Request&, Outcome, Instant) { return std::nullopt; }
 
-  /// Returns how to receive the messages that the device sends unasked, or null if it sends none;
-  /// the result never changes. Silence of such a device is not a failure: the gateway sends it only
-  /// the requests of Queries(), which may be empty.
+  /// Returns how to receive the messages that the device sends without a request. Null: it sends
+  /// none. The result never changes. If the device sends none for a while, this is not a failure:
+  /// it gets no probes, only the requests of Queries(), which may be empty.
   virtual const Standing* Listens() const { return nullptr; }
   /// Called for a whole message that came unasked. Readings and events of the Answer are stored
   /// like those of a reply. An outcome other than ok counts the message as damaged.
@@ -316,9 +322,9 @@ class Conversation {
   virtual std::optional<Instant> DueAt() const { return std::nullopt; }
   virtual Answer OnDue(Now /*now*/) { return {}; }
 
-  /// Called when the port was reopened, or the device has stopped answering. Another device may be
-  /// connected now, so the conversation must forget open sessions and everything learned, such as
-  /// "does not know command 5".
+  /// Called when the port was reopened, or when the device has stopped answering, was replaced, or
+  /// is taken into use. Another device may be connected now, so the conversation must forget open
+  /// sessions and everything learned, such as "does not know command 5".
   virtual void OnReconnect() {}
 
   /// Called when a person has enabled the device. The conversation then retries what was given up,
@@ -339,15 +345,15 @@ class Conversation {
     static const std::string kNothing;
     return kNothing;
   }
-  /// Called with the text of Memory from before the restart, which was stored for the same gateway,
-  /// line, device, protocol, address and profile; it may be empty. This is the first call of all,
-  /// and it is left out if no text can be stored. A text that the conversation cannot parse counts
-  /// as empty. `now`: for civil times in the text.
+  /// Called before all other functions, with the text that Memory returned before the restart. It
+  /// was stored for the same gateway, line, device, protocol, address and profile, and can be
+  /// empty. Not called if no text can be stored. A text that the conversation cannot parse counts
+  /// as empty. `now`: for the conversion of civil times in the text.
   virtual void Recall(std::string_view /*memory*/, Now /*now*/) {}
 
-  /// Called once if, according to the audit, a write from before a restart has not ended, so a
-  /// session or a password may still be open in the device. Memory must record this until the
-  /// device answers.
+  /// Called once after a restart if the records of writes (gateway/records/audit) contain a write
+  /// without an end: a session or a password may still be open in the device. Memory must record
+  /// this until the device answers.
   virtual void OnUnsettledWrite() {}
 
   /// Called when a recent reply on the line belonged to another request, so a recorded refusal may
@@ -355,10 +361,10 @@ class Conversation {
   virtual bool ForgetRefusals() { return false; }
 
   /// Returns the outcome that OnFrame would give for this frame, without changing any state. The
-  /// poller calls it before OnFrame, and for earlier requests, to find out to which request a reply
-  /// belongs. It is allowed to be stricter than OnFrame and return unexpected, for example for a
-  /// text where a number was asked for: such a reply is accepted only if no other reply is
-  /// outstanding.
+  /// poller calls it before OnFrame, also for earlier requests, to find out to which request a
+  /// reply belongs. For a doubtful reply, such as text in place of a number, it may return
+  /// unexpected although OnFrame accepts the reply: the poller then accepts it only if no other
+  /// reply is outstanding.
   virtual Outcome Check(View request, View frame) const = 0;
 
   /// Returns the meaning of a reply for `baudgate decode`, for routed requests, and for a frame
@@ -366,9 +372,9 @@ class Conversation {
   /// state. An item without a point gets a label.
   virtual Answer Interpret(View request, View frame) = 0;
 
-  /// Returns the minimum times that the device itself has reported; empty members: it has reported
-  /// none. The longer of these and the configured times apply. `character`: the duration of one
-  /// character on its line. Called whenever trouble() is.
+  /// Returns the minimum times that the device itself has reported; a member is empty if it has
+  /// reported none. If a configured time is longer, it applies. `character`: the duration of one
+  /// character on the line of the device. Called whenever trouble() is called.
   virtual config::Timing LeastTimes(Duration character) const {
     static_cast<void>(character);
     return {};

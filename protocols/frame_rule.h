@@ -1,6 +1,6 @@
-// The contract of frame rules. Bytes come from a serial line in pieces of any size; a frame rule
+// The contract of frame rules. The bytes of a serial line come in pieces of any size; a frame rule
 // finds where a message begins and ends. protocols/assembler.h buffers the bytes and calls the
-// rule. docs: protocols/README.md, "The steps". MaskedHex shows a request without its secrets.
+// rule. docs: protocols/README.md, "The steps". MaskedHex prints a request without its secrets.
 #pragma once
 
 #include <algorithm>
@@ -26,16 +26,16 @@ struct Shape {
   bool operator==(const Shape&) const = default;
 };
 
-/// Data that a frame rule needs in addition to an Expectation, for protocols whose frames are
-/// described in a file. These protocols derive a class from FrameForms; most protocols do not.
+/// Base class for data that a frame rule needs in addition to an Expectation. A protocol derives a
+/// class from it if its frames are described in a file, as protocols/telegram does.
 class FrameForms {
  public:
   virtual ~FrameForms() = default;
 };
 
 /// The replies that are expected to one request. Protocol::expect computes it from the request's
-/// bytes and the device's options alone. For an empty request it describes the form of requests;
-/// twins and listeners on a shared bus use that.
+/// bytes and the device's options alone. For an empty request, it describes requests instead of
+/// replies, for twins and for listeners on a shared bus.
 struct Expectation {
   enum class Reply : std::uint8_t {
     none,  ///< the request is a broadcast: the exchange is over when the request was sent
@@ -44,18 +44,18 @@ struct Expectation {
     /// request.
     standing,
   } reply = Reply::one;
-  /// The forms of the reply; empty: every frame that the rule accepts.
+  /// The forms of the reply. Empty: every frame that the frame rule accepts is a possible reply.
   std::vector<Shape> shapes{};
   std::size_t max_bytes = 256;  ///< the maximum length of a frame, and of the buffered bytes
-  /// The kind of checksum, by a number of the protocol, if it has several kinds.
+  /// The kind of checksum, if the protocol has several kinds. The protocol defines the numbers.
   int checksum = 0;
   /// The bytes of a reply that contain the address of its device. Empty: replies carry no address,
   /// so a late reply could be mistaken for another device's reply. The gateway then waits longer on
   /// the line after a lost reply.
   Bytes address{};
-  /// True if the request is allowed to be repeated after a failure, because it only reads, or sets
-  /// something to a value. False if a repetition does harm: the device counts requests, or each
-  /// request removes another event from it.
+  /// True if the request is allowed to be repeated after a failure: it only reads, or sets
+  /// something to a fixed value. False if a repetition does harm: the device counts the requests,
+  /// or each request removes another event from it.
   bool repeatable = true;
   /// True if the reply can have the same bytes as its request, as for a Modbus write. On a line
   /// with echo, the echo then looks like the reply.
@@ -68,7 +68,6 @@ struct Expectation {
   bool operator==(const Expectation&) const = default;
 };
 
-/// The decision of a frame rule about the buffered bytes.
 struct Cut {
   enum class Kind : std::uint8_t {
     need_more,  ///< the bytes may still become a frame: keep all

@@ -70,7 +70,7 @@ constexpr OptionSpec Real(std::string_view name, std::string_view fallback, doub
   return spec;
 }
 
-/// Describes a duration, such as "50ms" or "2s".
+/// Describes an option whose value is a duration, such as "50ms" or "2s".
 constexpr OptionSpec Time(std::string_view name, std::string_view fallback, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
   spec.kind = OptionSpec::Kind::duration;

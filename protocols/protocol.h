@@ -38,7 +38,7 @@ namespace baudgate::protocols {
 
 /// A form of `read` that points can use; `baudgate protocols NAME` lists the forms.
 struct DecoderSpec {
-  std::string_view form{};  ///< the form, as in "I1" or "float_le@0"
+  std::string_view form{};  ///< an example of the form, such as "I1"
   std::string_view help{};
 };
 
@@ -69,13 +69,15 @@ struct TimingRule {
   Span quiet{};  ///< the silence that the line needs before a request
   Span reply{};  ///< maximum time from the end of the request to the first byte of the reply
   Span gap{};    ///< the longest silence inside a frame
-  Span drain{};  ///< after a silence of this length no more bytes of an earlier reply arrive
+  /// After a lost reply: if the line was silent for this time, no more bytes of the reply will
+  /// come.
+  Span drain{};
   std::size_t longest = 256;  ///< number of characters in the longest reply
-  int gaps = 2;               ///< the maximum number of pauses inside the longest reply
-  Span longest_time{};        ///< upper bound for the duration of any reply; zero: no bound
+  int gaps = 2;         ///< maximum number of pauses as long as `gap` inside the longest reply
+  Span longest_time{};  ///< upper bound for the duration of any reply; zero: no bound
 
   /// Returns the times for a line with these serial settings. The member `ceiling` of the result is
-  /// the time for the longest reply.
+  /// the duration of the longest reply.
   config::Timing operator()(const config::SerialSettings& serial) const {
     const Duration character = serial.CharacterTime();
     Duration whole = character * static_cast<Duration::rep>(longest);
@@ -94,14 +96,15 @@ struct TimingRule {
 /// An explanation for bytes that came instead of a reply, for `baudgate status`.
 struct Recognised {
   enum class What : std::uint8_t {
-    other_device,    ///< a whole reply that carries another device's address
-    other_master,    ///< a whole request that this gateway did not send
-    other_reply,     ///< a whole reply of the asked device to another request
-    other_setting,   ///< a whole reply of a device with other settings than configured
-    other_protocol,  ///< messages of another protocol
-    other_form,      ///< a whole line of text whose form fits no awaited telegram
-    /// A message that is whole except for its check value; `remedy` gives the algorithm that would
-    /// produce the value. This is proof only if several messages agree.
+    other_device,  ///< a whole reply that carries another device's address
+    other_master,  ///< a whole request that this gateway did not send
+    other_reply,   ///< a whole reply of the asked device to another request
+    /// A reply of a device whose settings, such as checksum, differ from the configured ones.
+    other_setting,
+    other_protocol,
+    other_form,  ///< a whole line of text whose form fits no awaited telegram
+    /// A message that is whole except for its check value. `remedy` names the algorithm that gives
+    /// the received value. A single message is no proof: several must agree.
     other_check,
     too_short,  ///< a message that is one or two characters too short
   };
@@ -145,10 +148,11 @@ struct PduCarrier {
   Result<std::uint8_t> (*slave_of)(std::string_view address) = nullptr;
   /// Returns the whole frame with `pdu` (1…253 bytes) for one slave, or for all slaves (0).
   Bytes (*wrap)(std::uint8_t slave, View pdu) = nullptr;
-  /// Judges `frame`, a whole reply to `request`, and sets `pdu`. `request` was made by wrap.
-  /// Results: ok: `pdu` is the reply. refused: `pdu` is the slave's exception. unexpected: if the
-  /// length or the repeated fields do not match the request, `pdu` is the received PDU; if the
-  /// address or function does not match, `pdu` is empty.
+  /// Judges `frame`, a whole reply to `request`, which wrap has made, and sets `pdu`.
+  ///   ok          `pdu` is the reply
+  ///   refused     `pdu` is the slave's exception
+  ///   unexpected  `pdu` is the received PDU if only its length or repeated fields do not fit the
+  ///               request; it is empty if the address or the function does not fit
   Outcome (*unwrap)(View request, View frame, Bytes& pdu) = nullptr;
   /// Returns the slave and the PDU of a master's request, a whole frame. Empty: the frame is not a
   /// request.
@@ -157,9 +161,9 @@ struct PduCarrier {
   /// PDUs because it does not implement their function, so its silence does not prove that it is
   /// absent.
   bool (*is_common)(View pdu) = nullptr;
-  /// The framing for which the gateway uses this protocol when masters send it requests: at serial
-  /// listeners, and for TCP clients at listeners with this `framing`. Exactly one installed
-  /// protocol has each framing except `tcp`; `tcp` means that this protocol serves no masters.
+  /// The framing for which the gateway uses this protocol to receive requests of masters: at serial
+  /// listeners, and from TCP clients at listeners with this `framing`. Exactly one installed
+  /// protocol has each framing except `tcp`; `tcp` means that this protocol receives no requests.
   baudgate::modbus::Framing framing = baudgate::modbus::Framing::tcp;
 };
 
@@ -177,9 +181,9 @@ struct Protocol {
   std::span<const OptionSpec> options{};
   std::span<const DecoderSpec> decoders{};
 
-  /// Parses an option of kind `description` and reports all its errors to `problems`. The result is
-  /// never null, so a description with errors still counts as present. A null pointer: the protocol
-  /// has no such option.
+  /// Parses an option of kind `description` and reports all its errors to `problems`. If there are
+  /// errors, the result is a description without contents, never null: the option was set, although
+  /// badly. A null function pointer: the protocol has no option of this kind.
   std::shared_ptr<const config::Description> (*describe)(const config::YamlNode& node,
                                                          config::Problems& problems) = nullptr;
 
@@ -199,8 +203,8 @@ struct Protocol {
   /// check.
   Status (*check_device)(const config::Device& device) = nullptr;
   /// Returns errors of single points, for example an address that the device's description does not
-  /// contain. A device without an address is a profile: then only errors that concern every device
-  /// of the profile are returned. A null pointer: there is nothing to check.
+  /// contain. For a profile, which is a device without an address, it returns only the errors that
+  /// every device of the profile has. A null pointer: there is nothing to check.
   std::vector<ConfigRemark> (*faults)(const config::Device& device) = nullptr;
   /// Returns warnings for the user. The address and the points may be invalid; other checks report
   /// their errors. A null pointer: there is nothing to warn of.
@@ -222,8 +226,8 @@ struct Protocol {
   /// ParsedOptions. `options` contains every option that the protocol declares. A null pointer:
   /// none of these functions needs options.
   ParsedOptions (*parse)(const config::Options& options) = nullptr;
-  /// Returns the expected replies to `request`; for an empty request: the form of requests. The
-  /// result depends on the arguments alone.
+  /// Returns the expected replies to `request`. For an empty `request` it describes the requests
+  /// that a device can get. The result depends on the arguments alone.
   Expectation (*expect)(View request, const ParsedOptions& options) = nullptr;
   /// Returns the indices of the device's points whose values can change when `request`, a whole
   /// frame, is carried out. Empty optional: the effect of this request is unknown. A null pointer:
@@ -238,9 +242,9 @@ struct Protocol {
   /// this protocol can be recognised with certainty.
   ForeignRule foreign = nullptr;
 
-  /// True if a device with these options sends without a request (Conversation::Listens). Such a
-  /// device must be alone on its line. The configuration calls this before options are parsed. A
-  /// null pointer: no device of the protocol sends without a request.
+  /// True if a device with these options sends without a request (Conversation::Listens). The
+  /// device must then be alone on its line. Called by the checks of the configuration, before
+  /// options are parsed. A null pointer: no device of the protocol sends without a request.
   bool (*unasked)(const config::Options& options) = nullptr;
   /// True: silence of a device that sends unasked is normal, so its values become old only if
   /// `max_age` is set.
@@ -285,7 +289,8 @@ inline ParsedOptions ParseOptions(const Protocol& protocol, const config::Option
   return protocol.parse == nullptr ? ParsedOptions() : protocol.parse(options);
 }
 
-/// Returns the `bus` argument of make_conversation for all devices of one line; it can be null.
+/// Makes the state that all devices of one line share. It is passed to make_conversation; null if
+/// the protocol needs none.
 inline std::unique_ptr<Bus> MakeBus(const Protocol& protocol) {
   return protocol.make_bus == nullptr ? nullptr : protocol.make_bus();
 }
@@ -295,7 +300,8 @@ inline std::unique_ptr<Conversation> MakeConversation(const Protocol& protocol,
   return protocol.make_conversation(device, ParseOptions(protocol, device.options), bus);
 }
 
-// The transaction number is in front of a Modbus TCP frame and differs between all requests.
+// Each Modbus TCP request begins with a transaction number, which differs from that of every other
+// request.
 
 /// Returns the size of the transaction number in bytes; 0: frames of this protocol have no number.
 inline std::size_t TransactionBytes(const Protocol& protocol) { return protocol.tcp ? 2 : 0; }

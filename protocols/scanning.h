@@ -1,7 +1,7 @@
 // The contract of scans: the requests that `baudgate scan` sends on an unknown bus, and the meaning
-// of the replies. The scan sends nothing else. A rule must contain only requests that no device of
-// any protocol, in any mode, treats as a write; the only exception is ScanRule::never_at. Used by
-// gateway/tools/scan.
+// of the replies. The scan sends nothing else. A rule contains only requests that no device of any
+// protocol, in any mode, treats as a write; devices of the protocol ScanRule::never_at are the only
+// exception. Used by gateway/tools/scan.
 //
 //   Ask(1, mode 0, question 0)  → "$01M\r"        what is your name?
 //   Judge(…, "!017017\r")       → a device, "7017"
@@ -24,11 +24,10 @@ namespace baudgate::protocols {
 /// A setting of devices that decides how they answer. It is given as the option that the
 /// configuration needs for such a device. Empty key: all options have their defaults.
 struct ScanMode {
-  std::string_view key{};    ///< name of the option: "checksum"
-  std::string_view value{};  ///< value of the option: "true"
+  std::string_view key{};    ///< the option, for example "checksum"
+  std::string_view value{};  ///< value of the option, for example "true"
 };
 
-/// The conclusion about a device from a whole frame that it has sent.
 struct Sighting {
   enum class What : std::uint8_t {
     nothing,  ///< the frame proves no device of this protocol
@@ -45,17 +44,18 @@ struct Sighting {
 };
 
 struct ScanRule {
-  /// Serial settings that devices of this protocol can have, the most common first.
+  /// Serial settings that devices of this protocol can have, the most common setting first.
   std::span<const config::SerialSettings> serials{};
   unsigned first_address = 1;
   unsigned last_address = 255;
-  std::span<const ScanMode> modes{};  ///< modes of devices, the most common first; at least one
-  std::size_t quick_modes = 1;        ///< how many modes are tried if time is short
-  /// The number of questions. They are asked in order; when a device has answered one, it is
-  /// present, and the others are asked to learn its name.
+  std::span<const ScanMode> modes{};  ///< the most common mode first; at least one
+  std::size_t quick_modes = 1;        ///< how many modes a quick scan tries
+  /// The number of requests (questions) that the rule knows for one address. They are sent in
+  /// order. After the first answer the device is known to be present, and the others are sent to
+  /// learn its name.
   std::size_t questions = 1;
-  /// Bit masks of the questions for an address that has not answered yet: `finds` has all questions
-  /// that can find a device, `quick_finds` the questions that are asked if time is short.
+  /// Bit masks of questions, bit 0 for the first. They select the questions for an address that has
+  /// not answered yet: `finds` those that can find a device, `quick_finds` those of a quick scan.
   std::uint32_t finds = 1;
   std::uint32_t quick_finds = 1;
   /// The protocol for which one of the questions would be a write. Devices of that protocol are

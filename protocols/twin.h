@@ -38,8 +38,8 @@ class Twin {
   virtual void ReplyAs(std::string_view address) = 0;
   /// Sets the twin's clock, which then runs on. Without a call the twin has no clock.
   virtual void SetClock(Now /*now*/) {}
-  /// Makes an event happen now. `event.time` is ignored: the twin's clock gives the time. Returns
-  /// false if this twin has no events.
+  /// Makes an event happen now. `event.time` is not used: the event gets the time of the twin's
+  /// clock. Returns false if the twin accepts no event.
   virtual bool Raise(const DeviceEvent& /*event*/, Now /*now*/) { return false; }
   /// Returns the next message that the twin sends unasked. Empty: there is no message now.
   virtual Bytes Say(Instant /*now*/) { return {}; }

@@ -34,13 +34,13 @@ bool IsProfilePath(const std::string& profile);
 struct Catalog {
   /// Key: name. The pointers stay valid for the life of the program.
   std::map<std::string, const protocols::Protocol*> protocols;
-  std::vector<std::filesystem::path> module_dirs;  ///< the folders that were searched for protocols
+  std::vector<std::filesystem::path> module_dirs;
   /// The folders of profiles; the first folder that contains a file takes precedence.
   std::vector<std::filesystem::path> profile_dirs;
 
-  /// Returns null if no module of that name is installed.
   const protocols::Protocol* FindProtocol(const std::string& name) const;
-  /// Like FindProtocol. The error names the installed protocols and the most likely intended one.
+  /// Returns the protocol with this name. The error names the installed protocols and the one that
+  /// MeantProtocol returns for `name` and `port`.
   Result<const protocols::Protocol*> NeedProtocol(const std::string& name,
                                                   const std::string& port = {}) const;
   /// Returns the installed protocol that an unknown name most likely stands for: one with a similar
@@ -48,8 +48,8 @@ struct Catalog {
   /// protocols with the alternative name. Returns null if no name is similar.
   const protocols::Protocol* MeantProtocol(const std::string& name,
                                            const std::string& port = {}) const;
-  /// Returns the protocol whose frames have this framing. Returns null if the protocol is not
-  /// installed, and for Modbus TCP, which needs no protocol.
+  /// Returns the protocol whose frames have this serial framing; null if it is not installed.
+  /// Returns null for Modbus TCP, whose frames need no protocol module.
   const protocols::Protocol* FramesOf(modbus::Framing framing) const;
   /// Returns the rules that recognise messages of each protocol on lines of other protocols.
   std::vector<protocols::ForeignRule> ForeignRules() const;
@@ -61,14 +61,15 @@ struct Catalog {
   std::optional<std::filesystem::path> FindProfile(const std::string& protocol,
                                                    const std::string& name) const;
   /// Returns the profiles that one protocol can use, or all if `protocol` is empty, sorted by
-  /// protocol and name. If several files have one name, only the file with precedence is listed.
+  /// protocol and name. If several files have one name, only the file that FindProfile returns is
+  /// listed.
   std::vector<ProfileFile> Profiles(const std::string& protocol = {}) const;
   std::vector<std::string_view> ProtocolNames() const;
   /// Returns an error with the searched folders if no protocol is installed.
   Status HasProtocols() const;
 };
 
-/// Registers all secret options, so that no problem shows their values from now on.
+/// Registers the names of all secret options in `problems`, so that no message shows their values.
 void AddSecrets(const Catalog& catalog, Problems& problems);
 
 }  // namespace baudgate::config

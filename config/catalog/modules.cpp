@@ -48,7 +48,8 @@ Result<const protocols::Protocol*> LoadModule(const fs::path& path) {
   if (handle == nullptr) return Error{std::string("cannot load module: ") + dlerror()};
   const auto entry = Find<decltype(&baudgate_protocol)>(handle, "baudgate_protocol");
   if (entry == nullptr) return Error{path.string() + " is not a protocol module of baudgate"};
-  // Older modules have no tag. Nothing else of a module is used before its tag has been compared.
+  // Modules of older releases have no tag. Except for this symbol, nothing of a module is used
+  // before its tag has been compared.
   const auto tag = Find<decltype(&baudgate_protocol_abi)>(handle, "baudgate_protocol_abi");
   const std::string theirs = tag == nullptr ? "an older plugin contract" : tag();
   if (theirs != protocols::kContractTag) {
@@ -89,7 +90,7 @@ Modules LoadModules() {
 }
 
 std::vector<fs::path> ProfileFolders(const std::vector<fs::path>& roots) {
-  constexpr std::size_t kShipped = 2;  // beside the binary, and the install path
+  constexpr std::size_t kShipped = 2;  // the last roots: beside the binary, and the install path
   std::vector<fs::path> folders;
   for (std::size_t i = 0; i < roots.size(); ++i) {
     if (i + kShipped == roots.size()) folders.emplace_back(kLocalProfiles);

@@ -19,7 +19,7 @@ struct Modules {
   std::vector<std::string> refused;
 };
 
-/// Loads each module once and never unloads one.
+/// Loads each module once, from the first folder that contains it, and never unloads it.
 Modules LoadModules();
 
 /// Returns the folders of profiles; an earlier folder takes precedence. The last two of `roots`

@@ -97,7 +97,6 @@ Result<OptionValue> ParsePairs(const protocols::OptionSpec& spec, std::string_vi
   return OptionValue(std::move(pairs));
 }
 
-// Returns the value for an option whose declaration has no default.
 OptionValue Empty(Kind kind) {
   switch (kind) {
     case Kind::flag:

@@ -70,7 +70,7 @@ void CheckSeldomGroups(const Device& device, const Keys& keys, Problems& problem
   }
 }
 
-/// `unasked`: the device sends unasked and is not polled.
+/// `unasked`: the device sends without requests and is not polled.
 void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& problems) {
   const std::optional<Duration> limit = MaxAgeOf(device, Group::fast);
   if (!limit) {
@@ -110,8 +110,8 @@ void CheckDoubts(const Device& device, const protocols::Protocol& protocol, cons
 
 void CheckFaults(const Device& device, const protocols::Protocol& protocol, Problems& problems) {
   if (protocol.faults == nullptr) return;
-  // After other errors, parts of the description may be missing, so faults of the whole device are
-  // not reported then.
+  // After other errors, parts of the description may be missing, so faults that concern the whole
+  // device are not reported.
   const bool known = !problems.has_error();
   for (const protocols::ConfigRemark& fault : protocol.faults(device)) {
     if (fault.point >= device.points.size()) {

@@ -1,5 +1,5 @@
 // Checks a device: against its protocol, its times against each other, and its address against
-// other devices of its line. CheckPaces finds times without effect.
+// other devices of its line. CheckPaces finds times, periods and retries that have no effect.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace baudgate::config {
 
-/// The paces that apply to one device: its own, its profile's, and its line's merged over the
-/// gateway's.
+/// The polling settings (Pace) that apply to one device. `line` contains those of the line, and
+/// those of the gateway that the line does not set.
 struct Paces {
   const Pace& device;
   const Pace& profile;
@@ -51,7 +51,6 @@ class LineAddresses {
 void CheckDevice(const Device& device, const protocols::Protocol* protocol, const Keys& keys,
                  Problems& problems);
 
-/// Reports the errors that the protocol finds in the device and in its points.
 void CheckFaults(const Device& device, const protocols::Protocol& protocol, Problems& problems);
 
 }  // namespace baudgate::config

@@ -170,7 +170,7 @@ constexpr Duration kShortestWait = 20ms;
 
 using Messages = std::vector<std::string>;
 
-/// Checks configured times only, because the protocol's own times are known to work.
+/// Checks the times that are configured, not those of the protocol, which are known to work.
 Messages TimingMessages(const Timing& given, const Timing& fallback, const SerialSettings& serial) {
   Messages messages;
   const auto add = [&](std::string text) { messages.push_back("timing: " + std::move(text)); };
@@ -238,7 +238,8 @@ std::vector<Group> PolledGroups(const Device& device) {
   return groups;
 }
 
-/// Warns of too many polls. The load is computed with immediate replies; slow devices increase it.
+/// Warns of more polls than the line has time for. The computed load is a minimum, because real
+/// devices do not reply at once.
 void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
   std::map<const protocols::Protocol*, std::unique_ptr<protocols::Bus>> buses;
   double fast = 0;

@@ -21,30 +21,33 @@ namespace baudgate::config {
 // The requests come from a conversation of the device's protocol.
 struct Round {
   std::size_t requests = 0;
-  /// Includes quiet times and the characters of requests and of the shortest replies.
+  /// Contains the quiet times and the duration of all characters of the requests and of their
+  /// shortest replies.
   Duration time{};
 };
 
-/// Computes one poll of `group`. `bus` is the Bus of the device's protocol on this line.
+/// Computes the Round of one poll of `group`. `bus` is the Bus of the device's protocol on this
+/// line.
 Round RoundOf(Group group, const Line& line, const Device& device,
               const protocols::Protocol& protocol, protocols::Bus* bus);
 
-/// Returns the times that apply to the device, and the source of each.
+/// Returns the times that apply to the device. Timing::from names the source of each.
 Timing TimesInForce(const Line& line, const Device& device, const protocols::Protocol& protocol);
 
-/// Reports a ceiling that is shorter than the reply time. `mark` is the place of `ceiling`.
+/// Reports a ceiling, the timeout of the whole exchange, that is shorter than the reply time.
+/// `mark` is the place of the key `ceiling`.
 void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems);
 /// Checks that software parity is used with 7E1 or 7O1, because a port with 8N1 only can transmit
 /// nothing else. `mark` is the place of the parity.
 void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problems& problems);
-/// Checks that at most one flow control is set, and no rtscts with rs485. `keys` are those of the
-/// map `serial`.
+/// Checks that at most one flow control is set, and no rtscts with rs485. `keys` are the keys of
+/// the map `serial`.
 void CheckFlowControl(const SerialSettings& serial, const Keys& keys, Problems& problems);
 /// Checks that the delays are whole milliseconds. `keys` are those of the map `rs485`.
 void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems);
 /// Checks that the settings have enough data bits for the protocol, and that XON/XOFF takes no
-/// bytes that the protocol sends. `mark` is the place of the setting or of the protocol, whichever
-/// the line or device sets.
+/// bytes that the protocol sends. `mark` is the place of the key `serial` or `protocol` of the line
+/// or device.
 void CheckDataBits(const SerialSettings& serial, const protocols::Protocol& protocol,
                    const Mark& mark, Problems& problems);
 /// If `port` is a serial server (tcp://), reports settings that only a port of this machine
@@ -57,8 +60,8 @@ void CheckPortSettings(const std::string& port, const SerialSettings& serial, co
 void CheckTcp(const protocols::Protocol& protocol, const std::string& port, const Keys& keys,
               Problems& problems);
 
-/// Reports a server that clients of other machines can reach: an error without `allow`, else a
-/// warning. `key` is "serial_server" or "lend".
+/// Reports a port for network clients (PortServer) that other machines can reach: an error without
+/// `allow`, else a warning. `key` is "serial_server" or "lend".
 void CheckPortServer(const PortServer& server, const std::string& key, Problems& problems);
 /// Reports keys of the line that exclude each other, or have no effect. `keys` are all keys of the
 /// line.

@@ -61,8 +61,9 @@ void CheckClient(const ClientPriority& client, const Listener& listener, const M
 namespace {
 
 /// Returns the units that the route does not get, with their owners: "33-35 by the route in line 5,
-/// 36 by device 'feeder-1'". A wide route behind single units and devices is intended, so while the
-/// route still gets some units, only ranges that overlap partly are named.
+/// 36 by device 'feeder-1'". Users write a wide route behind single units and devices on purpose.
+/// So if the route gets some units, the text names only earlier routes that are not wholly inside
+/// it.
 std::string TakenOf(const Config& config, const std::vector<UnitSet>& reached, std::size_t index) {
   const UnitSet wanted = UnitsOf(config.modbus.routes[index]);
   const bool unused = reached[index].none();

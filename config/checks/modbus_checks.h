@@ -18,7 +18,7 @@ inline std::string RangeText(int first, int last) {
   return std::to_string(first) + "…" + std::to_string(last);
 }
 
-// Checks that a listener can be served and that an allowed client can reach it.
+// Checks that the framing of the listener is installed, and that its allowed clients can reach it.
 
 void CheckListener(const Listener& listener, const Catalog& catalog, Problems& problems);
 /// Warns if `client`, the next entry of `listener.clients`, can never apply. `mark` is the place of
@@ -41,8 +41,8 @@ void CheckServer(const Route& route, const std::vector<Listener>& listeners, con
 void CheckOpenListeners(const Config& config, Problems& problems);
 
 void CheckRoutes(const Config& config, const Catalog& catalog, Problems& problems);
-/// Warns of lines on which nothing is ever sent and of broadcasts that reach no line. A route to a
-/// line with serial_server is an error.
+/// Warns of lines without devices and routes, and of `broadcast: pass` without a route that takes
+/// broadcasts. A route to a line with serial_server is an error.
 void CheckUse(const Config& config, Problems& problems);
 
 }  // namespace baudgate::config

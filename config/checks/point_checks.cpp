@@ -49,7 +49,8 @@ std::string WhyNever(const Sentinel& sentinel, const RawNumbers& numbers) {
 
 void Resolve(Point& point, const RawNumbers& numbers, Problems& problems) {
   const IntegerRange& range = numbers.range;
-  // A number that is read as decimal text has no bits, so the type of the point decides.
+  // A number that is read as decimal text has no bits, so the type of the point gives the meaning
+  // of a hex sentinel.
   const bool has_bits =
       numbers.kind == Kind::whole && (range.lowest == 0 || Decimal(range.highest).ToInt64());
   const IntegerRange bits = has_bits ? range : RangeOf(point.type);

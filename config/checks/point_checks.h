@@ -24,7 +24,8 @@ void ResolveSentinels(Device& device, const protocols::Protocol* protocol, Probl
 void CheckPoint(const Point& point, const protocols::Protocol* protocol, const Keys& keys,
                 Problems& problems);
 
-/// Checks that the points named as `min` or `max` of other points can be limits.
+/// Checks that the points named as `min` or `max` of other points can be limits: they are readable
+/// numbers with the same unit.
 void CheckLimitPoints(const std::vector<Point>& points, Problems& problems);
 
 /// Checks the register tables of one device: points must lie in the areas of values
@@ -48,7 +49,8 @@ class RegisterClaims {
     return point.table == Table::bits ? bits_ : registers_;
   }
 
-  std::map<int, Taken> registers_;  ///< key: first address; the ranges never overlap
+  /// Key: the first address. The address ranges of the points never overlap.
+  std::map<int, Taken> registers_;
   std::map<int, Taken> bits_;
   /// The names of the points with a select register. Key: the address of the point.
   std::map<int, std::string> selects_;

@@ -16,8 +16,6 @@
 
 namespace baudgate::config {
 
-// The form of names of gateways, lines, devices and points.
-
 /// Accepts letters, digits and single '_' or '-' between them, at most 64 (the key length of the
 /// DDS topics).
 Status CheckName(std::string_view name);
@@ -33,10 +31,10 @@ class Uniques {
   void Device(const std::string& name, const Mark& mark);
   void Unit(std::uint8_t unit, const std::string& device, const Mark& mark);
   /// Claims a port for a line. Links such as /dev/serial/by-id/… are the same port as their target.
-  /// `shared`: the port is a server that accepts several connections, so several lines are allowed
-  /// to use it if all of them are shared.
+  /// `shared`: the port is a TCP server that accepts several connections, so several lines are
+  /// allowed to use it if each of them passes true.
   void Port(const std::string& port, const std::string& line, bool shared, const Mark& mark);
-  /// Claims the serial port of a listener; it must differ from the ports of lines as well.
+  /// Claims the serial port of a listener, which no other listener and no line can have.
   void ListenerPort(const std::string& path, const Mark& mark);
   /// Claims the address of a listener. 0.0.0.0 and :: collide with every address with the same
   /// port. `what` is the configuration key, for the message.
@@ -49,7 +47,8 @@ class Uniques {
     bool shared = false;
   };
   using Owners = std::map<std::string, Owner>;
-  /// Makes `name` the owner of `what`. Returns null, or the owner that `what` has already.
+  /// Makes `name` the owner of `what` and returns null. If `what` has an owner already, returns
+  /// this owner.
   static const Owner* Claim(Owners& owners, const std::string& what, const std::string& name,
                             const Mark& mark);
 

@@ -22,10 +22,8 @@
 
 namespace baudgate::config {
 
-// History defines which values are recorded, and how long (gateway/records/history).
-
-/// One recorded point. Every change of its quality is recorded, and changes of its value according
-/// to the members below.
+/// One recorded point. Every change of its quality is recorded; `every`, `deadband` and `max_gap`
+/// decide which values are.
 struct HistoryPoint {
   std::uint32_t device = 0;  ///< number of the device over all lines, see FirstDevice
   std::uint32_t point = 0;   ///< index into that device's points
@@ -72,7 +70,7 @@ void VisitFields(const History*, Visit visit) {
       .fallback = kRequired});
 }
 
-/// The treatment of a write whose record cannot be saved (gateway/records/audit).
+/// The gateway's treatment of a write whose record cannot be saved (gateway/records/audit).
 enum class Audit : std::uint8_t {
   best_effort,  ///< the write is sent; its record waits in memory
   require,      ///< the write is refused
@@ -81,7 +79,8 @@ enum class Audit : std::uint8_t {
 /// The recording of events of devices, of their points, and of the gateway
 /// (gateway/records/events).
 struct Events {
-  bool given = false;     ///< false: only devices with `events: on` record events
+  /// True: the configuration has `events:`; false: only devices with `events: on` record events.
+  bool given = false;
   std::string directory;  ///< folder of the databases; empty: same as `state`
 };
 
@@ -95,8 +94,8 @@ void VisitFields(const Events*, Visit visit) {
 struct Config {
   std::string name = "baudgate";
   std::string recordings;  ///< folder for recordings; empty: not configured
-  std::string state;       ///< folder for stored state; empty: not configured
-  AlarmSetting alarms;     ///< for the gateway as a whole: its disks
+  std::string state;       ///< folder for data that outlive the program; empty: not configured
+  AlarmSetting alarms;     ///< for alarms of the gateway itself, such as a full disk
   Events events;
   History history;
   Audit audit = Audit::best_effort;
@@ -135,15 +134,16 @@ void VisitFields(const Config*, Visit visit) {
                               .fallback = "required, unless a route leads to a server"});
 }
 
-/// Returns the number of the first device of `lines[line]`, or the number that it would have.
-/// Devices are numbered over all lines, in the order of the file.
+/// Returns the number of the first device of `lines[line]`; for a line without devices, the number
+/// that its first device would have. Devices are numbered over all lines, in the order of the file.
 inline std::uint32_t FirstDevice(const Config& config, std::size_t line) {
   std::size_t first = 0;
   for (std::size_t i = 0; i < line; ++i) first += config.lines[i].devices.size();
   return static_cast<std::uint32_t>(first);
 }
 
-using UnitSet = std::bitset<256>;  ///< index: Modbus unit id, or address on a line
+/// The index is a Modbus unit id, or a slave address on a line.
+using UnitSet = std::bitset<256>;
 
 /// Parses "20" or "33-40" into the first and last unit id, 0…255.
 Result<std::pair<std::uint8_t, std::uint8_t>> ParseUnits(std::string_view text);

@@ -43,7 +43,7 @@ struct Identity {
   std::vector<std::string> names;  ///< names of this device type; empty: unknown
   /// Names of other device types, each with the profile that lists it.
   std::map<std::string, std::string> others;
-  bool ignore = false;  ///< true: the name is not checked
+  bool ignore = false;
 };
 
 template <typename Visit>
@@ -59,7 +59,7 @@ std::string SpokenName(std::string_view name);
 /// A named set of points that are read after an event and saved together with it.
 struct Record {
   std::string name;
-  std::vector<std::uint32_t> points;  ///< indices into the device's points
+  std::vector<std::uint32_t> points;
 };
 
 template <typename Visit>
@@ -71,28 +71,32 @@ void VisitFields(const Record*, Visit visit) {
 struct Device {
   std::string name;
   std::string address;   ///< as written; the protocol parses it
-  std::string protocol;  ///< the line's protocol, unless the device names another
+  std::string protocol;  ///< the protocol of the line, or the device's own protocol
   std::string profile;   ///< empty if all points are in the device's `points`
-  std::string title;     ///< the profile's `device:`
+  std::string title;     ///< text of the profile's key `device`, which describes the type
   std::optional<std::uint8_t> unit;
   bool enabled = true;
-  /// True: once the line was silent longer than any reply can be late, replies count as being in
-  /// the order of the requests. This is for a device whose replies never show which request they
-  /// answer (gateway/bus/replies/whose_reply.h).
+  /// For a device whose replies never show which request they answer
+  /// (gateway/bus/replies/whose_reply.h). True: when the line was silent longer than any reply can
+  /// be late, the device's replies count as being in the order of the requests.
   bool trust_order = false;
-  Recheck recheck = Recheck::off;  ///< the default of its points, and the setting for its events
+  /// The default for the device's points, and the setting for its events.
+  Recheck recheck = Recheck::off;
   Duration poll = std::chrono::seconds(1);
   Duration slow = std::chrono::minutes(1);
   Duration daily = std::chrono::hours(24);
-  std::vector<Duration> intervals;    ///< periods of points that have their own `poll`
-  std::optional<Duration> max_age;    ///< empty: see MaxAgeOf
-  std::optional<Duration> dead_age;   ///< empty: 3 x max_age, or 6 rounds of the line if longer
+  std::vector<Duration> intervals;  ///< periods of points that have their own `poll`
+  std::optional<Duration> max_age;  ///< empty: see MaxAgeOf
+  /// Empty: 3 x max_age, or the time of 6 rounds of fast polls over the line, if longer.
+  std::optional<Duration> dead_age;
   bool never_old = false;             ///< the device sends unasked, and its silence is normal
   const Traits* traits = &kNoTraits;  ///< traits of its protocol; valid while the program runs
   OnBad on_bad = OnBad::exception;
   WordOrder word_order = WordOrder::abcd;
-  std::optional<int> retries;  ///< of the device, else of its profile; empty: the line's retries
-  /// The times of the device, else of its profile; times of line and protocol are merged later.
+  /// From the device or its profile; empty: the retries of the line apply.
+  std::optional<int> retries;
+  /// The times that the device or its profile sets, and longer times of the line (MergeDevice).
+  /// Other times of line and protocol are added later.
   Timing timing;
   std::optional<SerialSettings> serial;  ///< set if the line's settings are changed for this device
   Identity identity;
@@ -209,6 +213,6 @@ void VisitFields(const Profile*, Visit visit) {
   visit(Field<&Profile::event_texts>{.key = "events", .help = "a list, below"});
 }
 
-std::string_view Name(WordOrder order);  ///< returns "ABCD"
+std::string_view Name(WordOrder order);
 
 }  // namespace baudgate::config

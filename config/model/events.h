@@ -27,7 +27,7 @@ inline constexpr std::array<Word<AlarmPriority>, 4> kWords<AlarmPriority> = {
      {"medium", AlarmPriority::medium},
      {"low", AlarmPriority::low},
      {"off", AlarmPriority::none}}};
-std::string_view Name(AlarmPriority priority);  ///< returns "high"; "" for none
+std::string_view Name(AlarmPriority priority);
 
 /// The words of the key `alarm` at an event, for points and devices.
 inline constexpr std::array<Word<AlarmPriority>, 5> kEventAlarmWords = {
@@ -43,14 +43,14 @@ struct PointEvent {
   enum class On : std::uint8_t { change, above, below };
   On on = On::change;
   Decimal value = 0;  ///< the limit of above and below, in units of the value
-  /// In units of the value. On::above: the event ends at value - hysteresis. On::below: it ends at
-  /// value + hysteresis. On::change: smaller or equal changes are ignored.
+  /// In units of the value. The event ends at value - hysteresis for On::above, and at value +
+  /// hysteresis for On::below. For On::change, smaller or equal changes are ignored.
   Decimal hysteresis = 0;
-  Duration delay{};  ///< the time that the condition, or its end, must last
-  std::string text;  ///< empty: the text of `on`
+  Duration delay{};  ///< how long the condition, or its end, must last to count
+  std::string text;  ///< empty: the event gets a text made from `on` and `value`
   AlarmPriority alarm = AlarmPriority::none;
-  /// For On::change: the text that ends the event; any other text begins it. Empty: each change is
-  /// a message without an end.
+  /// For On::change: the text of the point that ends the event; any other text begins it. Empty:
+  /// each change of the point is a message without an end.
   std::string normal{};
   /// Name of the Record that is read and saved after the event; empty: no Record.
   std::string record{};
@@ -77,7 +77,7 @@ void VisitFields(const PointEvent*, Visit visit) {
 /// Returns "change" or "above 5", which distinguishes the events of one point.
 std::string ConditionOf(const PointEvent& event);
 
-/// The states as Modbus and the command line show them.
+/// An event begins a state (`on`), ends it (`off`), or does neither (`message`).
 enum class EventState : std::uint8_t { off, on, message };
 inline constexpr std::size_t kEventStates = 3;
 
@@ -120,8 +120,8 @@ const EventText* FindEndedAlarm(std::span<const EventText> table, std::uint32_t 
                                 std::uint32_t code);
 
 // AlarmSetting contains settings for the alarms that the gateway raises itself: the key `alarms:`
-// of the gateway, a line, a device and a route. The more specific setting takes precedence,
-// separately for each key.
+// of the gateway, a line, a device and a route. A device without `priority` or `delay` takes this
+// setting from its line, a line from the gateway.
 struct AlarmSetting {
   AlarmPriority priority = AlarmPriority::medium;  ///< none: the key is `off`
   Duration delay = std::chrono::seconds(30);

@@ -125,13 +125,13 @@ struct Field {
   static constexpr bool is_setting = true;
   std::string_view key = MemberName<kMember>();
   std::string_view help{};
-  Bound least{};  ///< minimum of a number or a time
+  Bound least{};
   Bound most{};
   std::string_view fallback{};  ///< the default, if it differs from the member's initial value
   std::span<const Word<Value>> words = Words();
 };
 
-/// A key that sets several members, or that sets a member which another key sets as well.
+/// A key that sets several members, or a member that another key can set, too.
 struct Key {
   static constexpr bool is_setting = false;
   std::string_view key;
@@ -140,7 +140,7 @@ struct Key {
   std::string_view fallback{};
 };
 
-/// A member that is not a setting: a place in the file, or a result of other settings.
+/// A member that no key sets: a place in the file, or a value computed from other settings.
 template <auto kMember>
 struct Derived {
   static constexpr auto member = kMember;
@@ -193,7 +193,6 @@ std::string DifferentKeys(const T& a, const T& b) {
   return keys;
 }
 
-/// True if all settings are equal, including those of nested structs.
 template <typename T>
 bool Same(const T& a, const T& b) {
   if constexpr (HasFields<T>) {

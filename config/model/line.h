@@ -25,11 +25,11 @@ struct PortServer {
     raw,      ///< bytes are passed unchanged
     rfc2217,  ///< telnet; the client can also change the port's settings
   };
-  /// The treatment of a client that connects while another client uses the port.
   enum class Busy : std::uint8_t { refuse, wait };
   HostPort at;
   Mode mode = Mode::raw;
-  std::vector<Network> allow;  ///< empty: everybody; allowed on loopback only
+  /// Empty: everybody, which is allowed only if `at` is a loopback address.
+  std::vector<Network> allow;
   Busy busy = Busy::refuse;
   Duration idle = std::chrono::minutes(10);
   Duration time = std::chrono::minutes(30);
@@ -67,7 +67,7 @@ struct Line {
   SerialSettings serial;
   std::string protocol;
   bool tcp = false;  ///< the protocol runs over TCP only: `serial` is unused and not shown
-  Timing timing;     ///< times of the line, else of the gateway
+  Timing timing;     ///< times of the line, completed by those of the gateway
   int retries = 2;   ///< for exchanges that may be repeated
   Echo echo = Echo::off;
   Ask ask = Ask::deny;
@@ -79,7 +79,6 @@ struct Line {
   std::optional<PortServer> lend;  ///< a client can use the port for some time
   Mark mark;
 
-  /// Returns the server for clients of the port; null if neither is configured.
   const PortServer* server() const {
     return serial_server ? &*serial_server : lend ? &*lend : nullptr;
   }

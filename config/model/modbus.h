@@ -1,5 +1,6 @@
 // `Framing` is the framing of Modbus messages: the header of Modbus TCP, or the framing of a serial
-// line, which is also used over TCP. Below are the unit ids and addresses of the public contract.
+// line, which is also used over TCP. The constants of baudgate::config are the unit ids and
+// register addresses of the public contract.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

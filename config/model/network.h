@@ -38,7 +38,8 @@ struct HostPort {
 
 /// Parses "10.0.0.7:502", "[::1]:502", "server:4001".
 Result<HostPort> ParseHostPort(std::string_view text, std::string_view example = "127.0.0.1:1502");
-/// Like ParseHostPort, but the port is optional: "10.0.0.9", "[::1]", "::1".
+/// Like ParseHostPort, but without a port in `text` the result has `usual_port`: "10.0.0.9",
+/// "[::1]", "::1".
 Result<HostPort> ParseServer(std::string_view text, std::uint16_t usual_port);
 
 /// Parses "10.0.0.0/8", "10.0.0.7", "fe80::/10".

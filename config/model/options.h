@@ -44,7 +44,6 @@ struct DescriptionRef {
   }
 };
 
-/// Pairs of a word that the user chooses and a text.
 using Pairs = std::map<std::string, std::string>;
 
 /// The value of one option, of the kind that its OptionSpec requires. Durations are nanoseconds.
@@ -52,9 +51,8 @@ using OptionValue = std::variant<bool, std::int64_t, double, std::string, std::v
                                  Pairs, DescriptionRef>;
 
 /// The options of one device or line. Every option that the protocol declares is present: given by
-/// the user, by the profile, or as default. So the getters have no fallback: a name that is not
-/// declared, or another kind, is a programming error (std::out_of_range or
-/// std::bad_variant_access).
+/// the user, by the profile, or as default. So the getters do not return defaults: if no option has
+/// the name, or it has another kind, they throw std::out_of_range or std::bad_variant_access.
 class Options {
  public:
   void Set(std::string name, OptionValue value) { values_[std::move(name)] = std::move(value); }
@@ -98,8 +96,8 @@ class Options;
 struct Point;
 
 struct Traits {
-  /// The protocol of the server at the other end: "Modbus TCP". Empty: the protocol runs on serial
-  /// lines.
+  /// Name of the network protocol, for a protocol that talks to a TCP server: "Modbus TCP". Empty:
+  /// the protocol runs on serial lines.
   std::string_view service{};
   /// The protocol for the same devices at the other kind of port. For modbus_rtu it is
   /// "modbus_tcp", because a Modbus gateway may be there instead of a plain serial server; for
@@ -108,7 +106,8 @@ struct Traits {
   /// True: a request can read several points, and the user can limit their number (`block`,
   /// `max_items`).
   bool has_blocks = false;
-  /// The address to which every device replies. Empty: no such address exists.
+  /// The address to which every device replies, whatever its own address is. Empty: the protocol
+  /// has no such address.
   std::string_view common_address{};
   bool speaks_text = false;
   /// True: the device option `order` sets the byte order of numbers.
@@ -117,10 +116,11 @@ struct Traits {
   /// remote control.
   bool has_modes = false;
 
-  /// The form of replies that consist of registers. Another check proves that each reply is
-  /// complete, so a reply of another length answers a request for another number of registers.
+  /// The form of replies that consist of registers. A check value or a header proves that a reply
+  /// is complete. So a complete reply of another length answers a request for another number of
+  /// registers.
   struct RegisterReply {
-    std::size_t around = 0;  ///< characters that belong to no register
+    std::size_t around = 0;  ///< characters of a reply besides its registers
     std::size_t each = 0;    ///< characters of one register; 0: replies contain no registers
   };
   RegisterReply register_reply{};
@@ -134,8 +134,8 @@ struct Traits {
   /// Returns true if the point is a setting that a user changes at the device itself. Null: no
   /// point is such a setting.
   bool (*is_setting)(const Point& point) = nullptr;
-  /// The key `read` of the point that contains the device's designation. Empty: no point contains
-  /// it.
+  /// The key `read` of the point that contains the device's designation, the text that a user has
+  /// given to the device. Empty: no point contains it.
   std::string_view designation{};
 };
 

@@ -66,12 +66,13 @@ struct Listener {
   };
   /// The treatment of a write to unit 0 that no route names.
   enum class Broadcast : std::uint8_t {
-    ignore,  ///< the write is for the gateway, which has nothing to write: exception 0x02
-    pass,    ///< the write is sent to all slaves of every line that has a route; never answered
+    /// The write counts as a write to the gateway, which has nothing to write: exception 0x02.
+    ignore,
+    pass,  ///< the write is sent to all slaves of every line that has a route; never answered
   };
-  /// The result of a block read for addresses between points.
+  /// The reply to a read of several registers if some of them belong to no point.
   enum class Holes : std::uint8_t {
-    off,   ///< exception 0x02
+    off,
     zero,  ///< 0, if the block contains at least one point
   };
   /// strip: the adapter at the serial port returns the gateway's own replies, and the gateway
@@ -143,7 +144,7 @@ void VisitFields(const Listener*, Visit visit) {
 /// Forwards requests for some units unchanged to a line, or to another Modbus TCP server. Units of
 /// devices take precedence, then the first route that names the unit.
 struct Route {
-  std::uint8_t first = 1;  ///< the first unit id, 0…255; 0 must be given explicitly
+  std::uint8_t first = 1;  ///< the first unit id, 0…255
   std::uint8_t last = 1;
   std::string line;  ///< name of a line whose protocol carries Modbus; empty: `host` is used
   std::size_t line_index = 0;  ///< index into Config::lines, if `line` is not empty
@@ -198,7 +199,7 @@ struct DdsSecurity {
   std::string password_file;  ///< empty: the key has no password
   std::string governance;
   std::string permissions;
-  Keys keys;  ///< places in the configuration, for messages
+  Keys keys;
 
   bool on() const { return !identity.empty(); }
   const std::string& signer() const { return permissions_ca.empty() ? ca : permissions_ca; }
@@ -294,7 +295,8 @@ struct Dds {
   int domain = 0;
   std::vector<std::string> interfaces = {"127.0.0.1"};
   bool multicast = true;  ///< true: discovery uses the domain's multicast group
-  /// IPv4 addresses that discovery asks in addition to multicast; at most kMostPeers.
+  /// IPv4 addresses to which discovery messages are sent in addition to multicast; at most
+  /// kMostPeers.
   std::vector<std::string> peers;
   /// IPv4 addresses of servers that introduce participants to each other.
   std::vector<HostPort> discovery_servers;

@@ -61,10 +61,10 @@ enum class TimeType : std::uint8_t {
   time_of_day,  ///< TOD: milliseconds since midnight
   date_time,    ///< DT: seconds since 1970
 };
-/// How often a point is read. After a failed read of a point of `once` or `daily`, the next read
-/// does not wait for the next period. `own` and the seven values after it are for points with their
-/// own `poll`: they stand for the first, second … of the device's `intervals`. `again` occurs in
-/// queries only, and stands for points that have answered before and are now refused.
+/// How often a point is read. A failed read of a point in the groups `once` and `daily` is repeated
+/// before its next period. `own` and the seven values after it are for points with their own
+/// `poll`: they stand for the first, second … of the device's `intervals`. `again` occurs only in
+/// queries, for points that have answered before and that the device refuses now.
 inline constexpr std::size_t kMostIntervals = 8;
 enum class Group : std::uint8_t { once, daily, slow, fast, own, again = own + kMostIntervals };
 inline constexpr std::size_t kNamedGroups = 4;
@@ -101,7 +101,8 @@ void VisitFields(const Sentinel*, Visit visit) {
   visit(Derived<&Sentinel::mark>());
 }
 
-/// The content of a register while the value of its point is bad (`on_fault: nan | hold | VALUE`).
+/// The content of a Modbus register while the value of its point is bad (`on_fault: nan | hold |
+/// VALUE`).
 struct OnFault {
   enum class Kind : std::uint8_t { automatic, nan, hold, value } kind = Kind::automatic;
   Decimal value = 0;
@@ -130,9 +131,9 @@ void VisitFields(const Simulate*, Visit visit) {
 /// An interlock: `allow_when: { point: LINE.DEVICE.POINT, is: VALUE, for: VALUE }`. Writes are
 /// refused while the point LINE.DEVICE.POINT has another value, or no good value.
 struct AllowWhen {
-  std::string point;  ///< as written
-  Value is;           ///< the required value; before ResolveInterlocks it is a text as written
-  Value only{};       ///< if set, the interlock applies only to writes of this value
+  std::string point;
+  Value is;      ///< the required value; a text as written until ResolveInterlocks has converted it
+  Value only{};  ///< if set, the interlock applies only to writes of this value
   std::uint32_t device = 0;  ///< number of the device over all lines, see FirstDevice
   std::uint32_t index = 0;   ///< index into that device's points
   Mark mark{};
@@ -154,7 +155,7 @@ void VisitFields(const AllowWhen*, Visit visit) {
 /// The limits of writes to a point, in units of its value; a write outside the limits is not sent.
 /// For a read-only point, `min` and `max` are its measuring range.
 struct Writing {
-  /// True if `access` contains w, and the device has `write: allow` or names the point.
+  /// True if `access` contains w, and the key `write` of the device is `allow` or lists the point.
   bool allowed = false;
   bool select = false;  ///< a write needs a selection that is at most `select_time` old
   std::optional<Decimal> min;
@@ -162,7 +163,8 @@ struct Writing {
   Shared<std::string> min_point;  ///< `min: NAME`: the point of the device that contains the limit
   Shared<std::string> max_point;
   std::optional<Decimal> step;  ///< only multiples of this number are allowed, counted from 0
-  std::optional<int> decimals;  ///< digits after the decimal point that the device accepts
+  /// Digits after the decimal point of the raw number that the device accepts.
+  std::optional<int> decimals;
   Duration select_time = std::chrono::seconds(10);
   std::vector<AllowWhen> allow_when;  ///< interlocks, which must all be fulfilled
 };
@@ -184,8 +186,8 @@ void VisitFields(const Writing*, Visit visit) {
   visit(Field<&Writing::allow_when>{.help = "an interlock, or a list of them, below"});
 }
 
-/// A point as configured. A large gateway has 100,000 points, so the small members are side by
-/// side.
+/// A point as configured. A large gateway has 100,000 points, so small members are together, which
+/// saves padding.
 struct Point {
   std::string name;
   std::string read;   ///< address in the form of the protocol, which checks it
@@ -193,16 +195,18 @@ struct Point {
   std::string unit;   ///< unit of the value after scale and offset: "A", "xIn"
   Type type = Type::float32;
   TimeType time_type = TimeType::none;
-  Access access = Access::read;  ///< the accesses that the device supports
+  Access access = Access::read;  ///< the kinds of access that the device supports for this point
   Group group = Group::fast;
   Recheck recheck = Recheck::off;
   Table table = Table::registers;
-  /// The 0-based PDU address. Nothing: the point is not on Modbus.
+  /// The 0-based PDU address of the point in the gateway's registers. Empty: the point is not on
+  /// Modbus.
   std::optional<std::uint16_t> modbus;
   std::size_t text_length = 0;  ///< length in bytes of string(n)
   Writing writing;
-  std::optional<Duration> poll;  ///< the point's own period; then `group` is one of Group::own
-  Decimal scale = 1;             ///< value = raw * scale + offset
+  /// The point's own period; if set, `group` is Group::own or one of the seven values after it.
+  std::optional<Duration> poll;
+  Decimal scale = 1;  ///< value = raw * scale + offset
   Decimal offset = 0;
   std::vector<Sentinel> sentinels;  ///< compared with the raw value
   OnFault on_fault;
@@ -264,7 +268,7 @@ void VisitFields(const Point*, Visit visit) {
 /// Returns "fast", or the point's own period: "250ms".
 std::string PeriodText(const Point& point);
 
-std::string_view Name(Group group);  ///< returns "own" for all periods of points
+std::string_view Name(Group group);  ///< returns "own" for Group::own and the values after it
 
 /// Returns the type name of IEC 61131-3: "REAL", "UINT", "DT", "STRING[16]".
 std::string IecName(const Point& point);
@@ -282,10 +286,10 @@ struct IntegerRange {
 /// The numbers that `read` of a point can give, before scale and offset.
 struct RawNumbers {
   enum class Kind : std::uint8_t {
-    any,     ///< decimal numbers, as from text
-    single,  ///< float32
-    real,    ///< float64
-    whole,   ///< whole numbers in `range`
+    any,  ///< decimal numbers, as from text
+    single,
+    real,
+    whole,  ///< whole numbers in `range`
   } kind = Kind::any;
   IntegerRange range{};
 
@@ -294,8 +298,8 @@ struct RawNumbers {
   }
   /// All whole numbers of `bits` bits, 1 to 64.
   static RawNumbers Bits(unsigned bits, bool is_signed = false);
-  /// True if the point can give the number. 999.9 counts as a float32, because a float32 prints as
-  /// 999.9.
+  /// True if the point can give the number. For float32 this includes 999.9, because the nearest
+  /// float32 prints as 999.9.
   bool Contain(const Decimal& number) const;
 };
 

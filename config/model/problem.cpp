@@ -70,7 +70,8 @@ bool HasError(const std::vector<Problem>& problems) {
 }
 
 void Problems::Add(const Mark& mark, std::string message, bool warning) {
-  // An error beyond the limit must still count as an error, so one message stands for all the rest.
+  // At kMost problems, one message stands for all further errors, so that they still count as an
+  // error.
   if (problems_.size() > kMost || (problems_.size() == kMost && warning)) return;
   if (problems_.size() == kMost) {
     problems_.push_back(

@@ -61,8 +61,8 @@ class Problems {
   /// and value into one text.
   void AddSecret(std::string_view key) { secrets_.emplace(key); }
   bool IsSecret(const std::string& key) const { return secrets_.contains(key); }
-  /// Returns QuotedKey(key). If the text begins with a secret key, the part behind that key is
-  /// hidden.
+  /// Returns the key in quotes, for messages. If the text begins with a secret key, the part behind
+  /// that key is hidden.
   std::string ShownKey(const std::string& key) const;
 
   void Error(const Mark& mark, std::string message) { Add(mark, std::move(message), false); }

@@ -19,7 +19,7 @@ char LetterOf(Parity parity);
 std::optional<Parity> ParityOf(char letter);
 
 struct Rs485 {
-  bool enabled = false;          ///< true if the key `rs485` is present
+  bool enabled = false;          ///< true: the key `rs485` is present
   Duration delay_before_send{};  ///< whole milliseconds, because drivers support nothing else
   Duration delay_after_send{};
   bool rts_active_high = true;

@@ -12,7 +12,7 @@ constexpr std::size_t kReply = 1;
 constexpr std::size_t kGap = 2;
 constexpr std::size_t kCeiling = 3;
 
-/// The number of pauses between packets of 16 bytes in a frame of 256 bytes.
+/// Assumed number of pauses inside the longest frame: a device sends 256 bytes in packets of 16.
 constexpr int kPauses = 16;
 constexpr Duration kMostForPauses = 5s;
 

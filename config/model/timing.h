@@ -18,20 +18,22 @@ namespace baudgate::config {
 // Recheck selects the readings that count only after a second reading (docs/timeouts.md).
 enum class Recheck : std::uint8_t {
   off,
-  jump,  ///< readings that differ from the previous reading by more than the point's jump
+  /// Readings count after a second reading if they differ from the previous reading by more than
+  /// the point's jump.
+  jump,
   always
 };
 
-/// The shortest poll period: a request and its reply at 115200 bit/s, and the delay of a USB
-/// adapter.
+/// The shortest poll period that can be configured: a request and its reply take about this time at
+/// 115200 bit/s through a USB adapter.
 inline constexpr Duration kShortestPoll = std::chrono::milliseconds(5);
 
 /// The sources of times; a later one takes precedence. `learned`: the device itself has reported
 /// that it needs this time.
 enum class Level : std::uint8_t { protocol, gateway, line, profile, device, learned };
 
-/// The named times of a line (docs/timeouts.md). A time without a value comes from the next lower
-/// level.
+/// The named times of a line (docs/timeouts.md). A time without a value comes from the Level
+/// before.
 struct Timing {
   std::optional<Duration> quiet;
   std::optional<Duration> reply;
@@ -50,7 +52,8 @@ Timing Lengthen(const Timing& timing, const Timing& least);
 
 template <typename Visit>
 constexpr void VisitFields(const Timing*, Visit visit) {
-  // Only the quiet time may be zero: a waiting time of 0 would mean "never" or "for ever".
+  // Only `quiet` can be zero. The other times are waiting times, and 0 would mean "never" or "for
+  // ever".
   visit(Field<&Timing::quiet>{"quiet", "least silence before a request", 0ms, 1min});
   visit(Field<&Timing::reply>{
       "reply", "timeout from the end of the request to the first byte of the reply", 1ms, 10min});
@@ -82,18 +85,19 @@ std::string TimesText(const Timing& timing);
 /// Returns each time of `first` if it is present, else the time of `second`.
 Timing Merge(const Timing& first, const Timing& second);
 
-/// Like Merge for device, profile and line, in this order; but reply, gap and ceiling are the
-/// longer of profile and line if the device has none, because the line's setting accounts for its
-/// serial server.
+/// Like Merge for device, profile and line, in this order, with an exception: if the device sets no
+/// reply, gap or ceiling, the longer time of profile and line applies, because the line's time
+/// accounts for its serial server.
 Timing MergeDevice(const Timing& device, const Timing& profile, const Timing& line);
 
-/// Returns the times in use: the times of `given`, else of `fallback`, which has all times. Without
-/// a given ceiling, the ceiling changes with a given reply time, and grows with a longer gap. It is
-/// never shorter than reply and gap together.
+/// Returns the times in use: the times of `given`, else of `fallback`, which has all times. If
+/// `given` has no ceiling, a given reply time changes the ceiling by the difference to the reply
+/// time of `fallback`, and a longer gap lengthens it. The ceiling is never shorter than reply and
+/// gap together.
 Timing Resolve(const Timing& given, const Timing& fallback);
 
 /// The settings for polling that gateway, line, profile and device can have. A setting without a
-/// value comes from the next lower level.
+/// value comes from the Level before.
 struct Pace {
   Timing timing;
   std::optional<int> retries;
@@ -118,7 +122,6 @@ void VisitFields(const Pace*, Visit visit) {
   visit(Field<&Pace::timing>{.help = "a map of named times, below"});
 }
 
-/// Returns each setting of `first` if it is present, else the setting of `second`.
 Pace Merge(const Pace& first, const Pace& second);
 
 }  // namespace baudgate::config

@@ -47,7 +47,7 @@ std::optional<std::int64_t> ReadInteger(const YamlNode& node, const std::string&
                                         std::int64_t least, std::int64_t most, Problems& problems);
 std::optional<Duration> ReadDuration(const YamlNode& node, const std::string& what, Duration least,
                                      Duration most, Problems& problems);
-/// Reads one of the words `allowed`, and returns its index there.
+/// Reads a word, and returns its index in `allowed`.
 std::optional<std::size_t> ReadChoice(const YamlNode& node, const std::string& what,
                                       std::span<const std::string_view> allowed,
                                       Problems& problems);
@@ -74,8 +74,6 @@ auto ReadWord(const YamlNode& node, const std::string& what, const Words& words,
   return words[*index].meaning;
 }
 
-/// Assigns `value` to `target` if it is present; else `target` stays. Returns whether it is
-/// present.
 template <typename T, typename U>
 bool Assign(T& target, std::optional<U> value) {
   if (value) target = std::move(*value);
@@ -99,7 +97,7 @@ class MapReader {
   /// Returns the value of `key`; nothing if the key is absent, or has no value, which is reported
   /// as a problem.
   std::optional<YamlNode> Get(std::string_view key);
-  /// Like Get; an absent key is a problem.
+  /// Like Get, but an absent key is a problem; the message shows `example`.
   std::optional<YamlNode> Need(std::string_view key, std::string_view example);
   /// Reports `message` if the key is present, because the key is not allowed in this map.
   void Refuse(std::string_view key, const std::string& message);

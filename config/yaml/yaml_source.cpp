@@ -35,7 +35,7 @@ std::string QuotingHint(const Source& source, int last_line) {
       return "; the value after '" + std::string(key) + "' in line " + std::to_string(line) +
              " begins with '" + text[at] + "' and needs quotes";
     }
-    // Patterns such as "- *.*.current_*" and "[*.*.*]".
+    // An unquoted '*' begins an alias in YAML. Examples: "- *.*.current_*" and "[*.*.*]".
     for (const char* const begin : {"- *", "[*", "[ *", ", *"}) {
       if (text.find(begin) == std::string_view::npos) continue;
       return "; a value that begins with '*' in line " + std::to_string(line) + " needs quotes";

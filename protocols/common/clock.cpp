@@ -12,7 +12,6 @@ namespace {
 using std::chrono::hours;
 using std::chrono::minutes;
 
-/// The largest offset from UTC that a time zone can have.
 constexpr minutes kMostOffset = hours(14);
 
 CivilZone::Utc LastSunday(std::chrono::year year, std::chrono::month month) {

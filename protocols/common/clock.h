@@ -49,12 +49,13 @@ class CivilZone {
   bool IsDaylight(Utc utc) const;
 
  private:
-  std::chrono::minutes offset_{};  // offset of winter time from UTC; positive: east of Greenwich
+  // Offset from UTC without summer time; positive: east of Greenwich.
+  std::chrono::minutes offset_{};
   bool daylight_ = false;
 };
 
-// Settings for a device whose clock the gateway corrects, if the device's options request this. A
-// protocol that supports it has these two options and checks that the device has these two points:
+// Settings for a device whose clock the gateway corrects. A protocol that supports corrections has
+// these three options, and checks that a device with `correct_clock` has these two points:
 //
 //   - name: m1
 //     time_zone: "+03:00"
@@ -80,7 +81,7 @@ struct ClockCare {
 };
 
 /// Returns the settings for correcting the clock of `device`. Empty: its options request no
-/// correction, or its time zone or a point of ClockCare is missing.
+/// correction, its time zone is missing, or it lacks the point clock_drift or clock_correction.
 std::optional<ClockCare> ClockCareOf(const config::Device& device);
 
 /// True if a device's clock is allowed to be corrected at `now`. A device stores half-hour records

@@ -1,4 +1,4 @@
-// `Decoded` is the result of decoding the bytes or text of one value.
+// Declares the struct `Decoded`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -16,7 +16,7 @@ constexpr bool IsHarmless(std::uint8_t byte, std::string_view also = {}) {
 }
 
 /// Drops the bytes in front of the next start character. One call drops only harmless bytes, or
-/// only other bytes. `held` must not begin with a start character.
+/// only bytes that are not harmless. `held` must not begin with a start character.
 inline Cut SkipNoise(View held, std::string_view starts, std::string_view harmless = {}) {
   const bool calm = IsHarmless(held[0], harmless);
   const auto same = [&](std::uint8_t byte) {

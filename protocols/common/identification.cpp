@@ -52,8 +52,9 @@ std::optional<std::size_t> ProbeChoice::Next(std::size_t reads, std::size_t best
 }
 
 void ProbeChoice::OnAnswered(bool own) {
-  // An answer to a read may be the late answer to an earlier request, so it does not reset the
-  // count for a device that has answered its own probe: that device gets its own probe next.
+  // The answer to a read may be the late answer to an earlier request. So if this device has
+  // answered its own probe before, an answered read counts as a failure, and the own probe is sent
+  // next.
   failed_ = own || !own_answered_ ? 0 : failed_ + 1;
   if (own) {
     silences_ = 0;

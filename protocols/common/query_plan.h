@@ -1,12 +1,8 @@
-// `QueryPlan` decides which requests read a device's points: neighbouring points share a request,
-// and points that the device refuses are asked in smaller requests, rarely, or not at all. Points
-// come from the configuration, the results of requests from the conversation; bytes do not occur
-// here.
-//
-// A device that is starting up may refuse everything for a while. So points that have answered
-// before are asked again every few seconds for an hour, and split requests are tried as a whole
-// again.
-//
+// `QueryPlan` decides which requests read a device's points. Neighbouring points share a request.
+// Points that the device refuses are asked in smaller requests, rarely, or not at all. The
+// conversation reports the results of requests; the plan sees no bytes.
+// A device that is starting up may refuse everything for a while. So for an hour, points that have
+// answered before are asked again every few seconds, and split requests are tried as a whole again.
 // TryAgain computes when a refused request is tried again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -48,13 +44,12 @@ class TryAgain {
     at_ = now + wait_;
   }
   bool IsDue(Instant now) const { return at_ && now >= *at_; }
-  /// Returns IsDue. A wait that is due is ended, so the next call returns false.
+  /// Returns true if the wait is over, and ends it, so that the next call returns false.
   bool TakeDue(Instant now) {
     if (!IsDue(now)) return false;
     at_.reset();
     return true;
   }
-  /// Resets the timer, so that the next refusal starts with the first wait again.
   void Forget() { *this = TryAgain(first_); }
 
  private:
@@ -63,9 +58,9 @@ class TryAgain {
   std::optional<Instant> at_{};  // end of the wait; empty: no wait is running
 };
 
-/// The part of a device that one request reads: places `begin` to `end` (exclusive) of one `key`,
-/// such as registers 200…203 of the holding table. A key without places (a command) has only place
-/// 0.
+/// The part of a device that one request reads: places `begin` to `end` (exclusive) of one `key`.
+/// Example: registers 200…203 of the table of holding registers. For a key without places, such as
+/// a command, it is place 0.
 template <typename Key>
 struct Block {
   Key key{};
@@ -81,17 +76,17 @@ struct Block {
   }
 };
 
-/// How often points are asked that the device refuses. A point that was never answered is asked by
-/// this rule at once. A point that was answered before is first asked every few seconds
-/// (config::Group::again) for an hour, and by this rule after that hour.
+/// How often the points are asked that the device refuses. The rule applies at once to points that
+/// were never answered. Points that were answered before are first asked every few seconds
+/// (config::Group::again) for an hour; then the rule applies to them.
 enum class WhenRefused : std::uint8_t {
-  /// Refused points are asked with the slow group, so a channel that is enabled later returns by
-  /// itself.
+  /// Refused points are asked with the slow group, or seldomer if their own group is `daily` or
+  /// `once`. So a channel that is enabled later returns by itself.
   ask_rarely,
-  /// Like ask_rarely, but points that were never answered are asked only daily after
-  /// Rules::refusals refusals.
+  /// Like ask_rarely, but after Rules::refusals refusals a point that was never answered is asked
+  /// once a day.
   ask_daily,
-  drop,  ///< points that were never answered are not asked again until OnReconnect
+  drop,  ///< points that were never answered are not asked until OnReconnect
 };
 
 using Often = std::function<bool(config::Group)>;
@@ -100,8 +95,8 @@ inline Often OftenOf(const config::Device& device) {
   return [&device](config::Group group) { return config::IsOften(device, group); };
 }
 
-/// The change of the plan that the result of a request has caused. Unless it is `nothing`,
-/// queries() has changed.
+/// The change of the plan after the result of a request. Unless it is `nothing`, queries() has
+/// changed.
 enum class PlanChange : std::uint8_t {
   nothing,
   split,      ///< the request is read in two parts from now on
@@ -109,27 +104,28 @@ enum class PlanChange : std::uint8_t {
   restored,   ///< points that were set apart are asked with their group again
 };
 
-/// Plans the queries of one device. Queries are sorted by group (fast, slow, once, again), then by
-/// the order in which keys were first added, then by refusal (never refused first), then by place.
-/// The index of a query is valid until a call reports a change, or until Make or OnReconnect.
+/// Plans the queries of one device. A Query (protocols/conversation.h) lists the points that one
+/// request reads. Queries are sorted by group (fast, slow, once, again), then by the order in which
+/// keys were first added. Queries without refusal come before refused ones, and lower places before
+/// higher. The index of a query is valid until a call returns a change, or until Make or
+/// OnReconnect.
 template <typename Key>
 class QueryPlan {
  public:
   struct Rules {
     /// True if a request for `block` is allowed to read `next` as well. `next` has the same key,
-    /// begins inside the block or behind it, and is not yet wholly inside. Null: blocks are never
-    /// joined.
+    /// begins inside `block` or behind it, and is not wholly inside. Null: blocks are never joined.
     std::function<bool(const Block<Key>& block, const Block<Key>& next)> may_join{};
-    /// True if a request for this key reads every place from its first to its last; false if it
-    /// reads only the places of its points. Null: always true.
+    /// True if a request for this key reads all places from its first to its last, also places that
+    /// belong to no point. False if it reads only the places of its points. Null: always true.
     std::function<bool(const Key& key)> reads_between{};
     WhenRefused refused = WhenRefused::ask_rarely;
-    /// The number of consecutive refusals after which the device is assumed not to have a point. It
-    /// is more than 1 if a damaged reply can look like a refusal: earlier refusals of points that
-    /// were answered before then count as ordinary failures.
+    /// The number of refusals in a row after which the device is assumed not to have a point. It is
+    /// more than 1 if a damaged reply can look like a refusal. For points that were answered
+    /// before, fewer refusals count as ordinary failures.
     int refusals = 1;
-    /// True if the group is polled at least as often as config::Group::again. Points in doubt then
-    /// stay in their group, because they need no earlier retry.
+    /// True if the group is polled at least as often as config::Group::again. A refused point of
+    /// such a group stays in its group, because the next poll is a retry that is soon enough.
     Often is_often = IsFast;
   };
 
@@ -139,8 +135,8 @@ class QueryPlan {
   /// Points that are never read must not be added.
   void Add(config::Group group, std::size_t point, const Key& key, std::size_t begin = 0,
            std::size_t end = 1);
-  /// Computes the queries. Call it after the last Add, and whenever may_join would return other
-  /// results.
+  /// Computes the queries. Call it after the last Add, and when the answers of may_join have
+  /// changed.
   void Make();
 
   std::span<const Query> queries() const { return queries_; }
@@ -158,7 +154,8 @@ class QueryPlan {
   /// Call it when the reply has values. The points of the query are asked with their group again.
   PlanChange OnAnswered(std::size_t query, Instant now);
   /// Call it when the reply is a message such as "busy" or "failure", which does not mean that the
-  /// device lacks the points. Points of slow groups are then retried sooner.
+  /// device lacks the points. Points that were answered before and whose group is not polled often
+  /// are then retried sooner.
   PlanChange OnHeard(std::size_t query, Instant now);
   /// Call it when the reply means that the device lacks at least one item of the query. If the
   /// query can be split, it is split at its widest gap, or else in the middle, so that one bad item
@@ -172,18 +169,18 @@ class QueryPlan {
   /// Call it when a probe was answered: the device is present, so later silence to a query counts.
   void OnProbed() { heard_ = true; }
   /// Returns the points that are set apart because the device did not answer them. The caller
-  /// reports their quality with the reply to this query. To report them once per poll cycle, the
-  /// result is empty except for the first reply after a change, and then for the lowest query that
-  /// was answered so far.
+  /// reports their quality together with the reply to `query`. Only one query returns them, so that
+  /// they are reported about once per poll cycle: the query with the lowest index that was answered
+  /// since the last change. For other queries the result is empty.
   std::span<const std::size_t> SilentlyRefused(std::size_t query);
   /// Call it when no reply came. Some devices refuse by silence, but an absent device is silent as
   /// well. So silence counts as a refusal only if other queries or probes are answered, the query
-  /// has not been answered since OnReconnect, and this is its third silence.
+  /// has got no reply since OnReconnect, not even a refusal, and this is its third silence.
   PlanChange OnSilent(std::size_t query, Instant now);
 
-  /// Removes the refusals, so that refused points are read in queries of their own group again.
-  /// Points of config::Group::again stay there, because they are retried sooner. Returns false if
-  /// there was no refusal.
+  /// Removes the refusals, so that refused points are read with their own group again. Points of
+  /// config::Group::again stay in that group, because they are retried sooner there. Returns false
+  /// if there was no refusal.
   bool ForgetRefusals();
   /// Call it if another device may be connected: refused points are asked again, and split blocks
   /// are joined. A block that was split because the device was silent, and was never answered as a
@@ -191,45 +188,53 @@ class QueryPlan {
   void OnReconnect();
 
  private:
-  // A key and a place of it: no query reads across this place.
+  // No query reads across a cut. `first` is an index into keys_, `second` the first place behind
+  // the cut.
   using Cut = std::pair<std::size_t, std::size_t>;
 
   static constexpr int kSilencesOfARefusal = 3;
   static constexpr Duration kLasting = 1h;  // a refusal that has lasted this long may be permanent
 
-  /// One place to read. A large gateway has 100,000 items, so the members are narrow, and the small
-  /// ones stand side by side.
+  /// One place to read. A large gateway has 100,000 items, so the members are narrow and ordered by
+  /// size.
   struct Item {
     std::uint32_t point = 0;
-    std::uint32_t key = 0;  // index into keys_
+    std::uint32_t key = 0;
     std::uint32_t begin = 0;
     std::uint32_t end = 1;
-    // Number of the refusal that set the item apart from its group; 0: not set apart.
+    // Number of the refusal (see refusals_) that set the item apart from its group; 0: not set
+    // apart.
     std::uint32_t refusal = 0;
-    std::uint32_t row = 0;  // value of QueryPlan::row_ when the item was set apart
-    // How many requests in a row the device did not answer, while `heard` is false.
+    // Value of row_, the number of runs of refusals, when the item was set apart.
+    std::uint32_t row = 0;
+    // How many requests in a row that begin with this item got no reply; counted while `heard` is
+    // false.
     int silences = 0;
-    int refusals = 0;  // how many refusals in a row
+    int refusals = 0;
     config::Group group = config::Group::fast;
-    // True: the device has put the item off with a message such as "busy", see OnHeard.
+    // True: the device has answered "busy" or the like, see OnHeard.
     bool waits = false;
-    bool silent = false;   // true: the item was set apart because the device was silent
-    bool heard = false;    // true: the item was answered since OnReconnect
-    bool proven = false;   // true: the item was answered at least once
-    bool crossed = false;  // true: an answered query has read across the begin of this item
+    bool silent = false;  // true: the item was set apart because the device was silent
+    // True: a request for the item got a reply since OnReconnect, perhaps a refusal.
+    bool heard = false;
+    bool proven = false;  // true: the device has returned a value of the item at least once
+    // True: a query that begins before this item and contains it was answered.
+    bool crossed = false;
     bool lasting = false;  // true: the device has refused the item for kLasting or longer
     std::optional<Instant> refused_since{};
   };
   struct CutMade {
     // True: the cut was made because the device did not answer the whole block.
     bool silent = false;
-    std::size_t answers = 0;  // value of QueryPlan::answers_ when the cut was made
+    // Value of answers_ when the cut was made. If it equals answers_, nothing was answered since
+    // then.
+    std::size_t answers = 0;
   };
 
   Block<Key> BlockOf(const Item& item) const { return {keys_[item.key], item.begin, item.end, 1}; }
-  /// True if the device has refused the item, or put it off with a message such as "busy", but less
-  /// often than Rules::refusals. The item is asked sooner than its group, so that its refusal is
-  /// confirmed or disproved soon. False if its group is polled often enough.
+  /// True if it is not clear whether the device lacks the item: it has refused the item less often
+  /// than Rules::refusals, or has answered "busy". The item is asked sooner than its group, so that
+  /// this becomes clear soon. False if its group is polled often enough.
   bool IsInDoubt(const Item& item) const {
     const bool refused = item.waits || (item.refusals > 0 && item.refusals < rules_.refusals);
     return refused && (item.refusal != 0 || !rules_.is_often(item.group));
@@ -249,8 +254,8 @@ class QueryPlan {
     if (daily) return config::Group::daily;
     return IsSeldom(item.group) ? item.group : config::Group::slow;
   }
-  /// Returns a number that must be equal for items that share a request. Items of group `again`
-  /// that were refused in one run, without an answer in between, get the same number.
+  /// Returns a number that must be equal for items that share a request. Items of group `again` get
+  /// the number of their run of refusals: a run ends when the device answers a query.
   std::size_t RefusalOf(const Item& item) const {
     return IsAskedAgain(item) ? item.row : item.refusal;
   }
@@ -278,7 +283,8 @@ class QueryPlan {
     item.waits = item.silent = item.lasting = false;
     item.refused_since.reset();
   }
-  /// Calls `change` for every item that the query reads, also for items of other groups.
+  /// Calls `change` for every item in the places that the query reads, also for items of other
+  /// groups.
   template <typename Change>
   void ForItemsOf(std::size_t query, Change change);
   Cut PlaceOf(std::size_t item) const { return {items_[item].key, items_[item].begin}; }
@@ -294,18 +300,17 @@ class QueryPlan {
   std::vector<Item> items_;
   std::vector<Query> queries_;
   std::vector<Block<Key>> blocks_;
-  // For each query: the items that it reads, sorted by place.
   std::vector<std::vector<std::uint32_t>> members_;
   std::vector<std::uint32_t> by_place_;  // indices into items_, sorted by key and begin
   std::vector<std::size_t> silent_;  // points that are set apart for silence, see SilentlyRefused
-  std::size_t teller_ = 0;  // SilentlyRefused returns silent_ only for queries up to this index
+  std::size_t teller_ = 0;  // SilentlyRefused returns silent_ only for query indices up to this one
   std::map<Cut, CutMade> cuts_;
   std::size_t answers_ = 0;
   std::uint32_t refusals_ = 0;
   std::size_t refusals_in_row_ = 0;  // refusals of proven queries since the last answer
-  std::uint32_t row_ = 0;            // how many runs of refusals there were; an answer ends a run
-  // When a split block is read as a whole again; if everything is refused: when parts are tried
-  // again.
+  std::uint32_t row_ = 0;            // number of runs of refusals; an answered query ends a run
+  // When split blocks are read as a whole again. While the device refuses everything: when smaller
+  // requests are tried again.
   TryAgain whole_;
   bool mended_ = false;  // true: blocks were joined again and have not been answered yet
   bool heard_ = false;   // true: the device has replied since OnReconnect
@@ -366,7 +371,6 @@ void QueryPlan<Key>::Make() {
   ListSilent();
 }
 
-/// True if a block that begins with the item `first` is allowed to be extended by `next`.
 template <typename Key>
 bool QueryPlan<Key>::Joins(const Item& first, const Block<Key>& block, const Item& next) const {
   const bool alike = GroupOf(first) == GroupOf(next) && first.key == next.key &&
@@ -377,7 +381,8 @@ bool QueryPlan<Key>::Joins(const Item& first, const Block<Key>& block, const Ite
   const auto cut = cuts_.lower_bound({next.key, block.begin + 1});
   const bool divided =
       cut != cuts_.end() && cut->first.first == next.key && cut->first.second <= next.begin;
-  // Points that overlap cannot be separated by a cut, so `next` joins the block in spite of it.
+  // No cut can separate points that overlap, so an overlapping `next` joins the block although it
+  // lies behind a cut.
   if (divided && next.begin >= block.end) return false;
   return rules_.may_join && rules_.may_join(block, place);
 }
@@ -484,18 +489,19 @@ PlanChange QueryPlan<Key>::OnRefused(std::size_t query, Instant now, bool divisi
   if (!divisible || !Split(query, false)) return SetApart(query);
   whole_.OnRefused(now);
   mended_ = false;
-  // Earlier refusals of the whole do not count for its parts.
+  // The refusals of the whole query do not count for its parts.
   ForItemsOf(query, [](Item& item) { item.refusals = 0; });
   Make();
   return PlanChange::split;
 }
 
-/// True if the device refuses everything. Halving a block finds one bad item in log2(items) steps.
-/// If no item was answered by then, smaller requests do not help, and they are tried less and less
-/// often.
+/// Counts a refusal. Returns true if the device seems to refuse everything: halving a block finds
+/// one bad item in log2(items) refusals, and more refusals came without an answer. Smaller requests
+/// do not help then, and whole_ makes attempts less and less frequent.
 template <typename Key>
 bool QueryPlan<Key>::RefusesAll(Instant now) {
-  constexpr std::size_t kMore = 3;  // additional refusals, because a few items may be bad
+  // More refusals than for one bad item, because a few items may be bad.
+  constexpr std::size_t kMore = 3;
   if (++refusals_in_row_ < std::bit_width(items_.size()) + kMore) return false;
   const bool tries_parts = whole_.TakeDue(now);
   if (tries_parts) refusals_in_row_ = 1;
@@ -536,7 +542,8 @@ PlanChange QueryPlan<Key>::OnSilent(std::size_t query, Instant now) {
   if (first.heard || ++first.silences < kSilencesOfARefusal) return Regroup(query);
   first.silences = 0;
   if (Split(query, true)) {
-    // One more silence is enough for a part, because the whole was silent three times.
+    // The whole query was silent three times, so a part is set apart or split after one more
+    // silence.
     ForItemsOf(query, [](Item& item) { item.silences = kSilencesOfARefusal - 1; });
     Make();
     return PlanChange::split;

@@ -115,14 +115,15 @@ ParsedOptions ParseWith(const config::Options& options) {
   return ParsedOptions::Of(kRead(options));
 }
 
-/// Makes a function of bytes and ParsedOptions from kFunction, a function of bytes and Settings.
+/// Makes a function for Protocol::expect or Protocol::recognise from kFunction: ParsedOptions in
+/// its signature replace the Settings.
 template <auto kFunction>
 inline constexpr auto kWithSettings = &settings::Untyped<kFunction>::Call;
 
-/// Binds an option to the member that it fills. Numbers, durations and texts fill members of their
-/// type; an optional number stays empty if the option is 0. A choice fills an enum whose
-/// enumerators are in the order of the words. A choice of two words can also fill a bool, which is
-/// true for the second word.
+/// Binds an option to the member that it fills. Options of the kinds number, duration and text fill
+/// members of that type; an optional number stays empty if the option is 0. A choice fills an enum
+/// whose enumerators are in the order of the words. A choice of two words can also fill a bool,
+/// which is true for the second word.
 template <auto kMember>
 constexpr auto Bind(const OptionSpec& spec) {
   using Settings = typename settings::Member<decltype(kMember)>::Of;
@@ -176,7 +177,6 @@ class SettingsTable {
     return settings;
   }
 
-  /// Returns the error of the first option whose kParse fails.
   Status Check(const config::Options& options) const {
     Settings settings{};
     for (std::size_t i = 0; i < kCount; ++i) {

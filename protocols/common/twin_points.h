@@ -1,4 +1,4 @@
-// `TwinPoints` finds the points of a simulated device by their addresses, which it parses once.
+// The class template `TwinPoints` is a part of twins (simulated devices).
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@
 
 namespace baudgate::protocols {
 
-/// The points of a simulated device. `Read` and `Written` are the protocol's parsed forms of the
-/// addresses in `read` and `write`.
+/// Finds the points of a simulated device by their addresses, which it parses once. `Read` and
+/// `Written` are the protocol's types for parsed `read` and `write` texts.
 template <typename Read, typename Written = Read>
 class TwinPoints {
  public:
@@ -24,8 +24,9 @@ class TwinPoints {
   };
 
   /// Parses the addresses of all points. The parsers take a config::Point and return a Result. A
-  /// point whose text does not parse is not readable or not writable; the configuration's check has
-  /// reported it. `device` and `values` must outlive this object.
+  /// `read` that does not parse makes the point unreadable, a `write` makes it unwritable; the
+  /// check of the configuration has reported the error. `device` and `values` must outlive this
+  /// object.
   template <typename ParseRead, typename ParseWrite>
   TwinPoints(const config::Device& device, TwinValues& values, ParseRead parse_read,
              ParseWrite parse_write)
@@ -40,7 +41,6 @@ class TwinPoints {
 
   const std::vector<One>& all() const { return all_; }
 
-  /// Returns the first readable point whose parsed `read` satisfies `matches`, or null.
   template <typename Matches>
   const One* Find(Matches matches) const {
     for (const One& one : all_) {
@@ -48,7 +48,6 @@ class TwinPoints {
     }
     return nullptr;
   }
-  /// Returns the first writable point whose parsed `write` satisfies `matches`, or null.
   template <typename Matches>
   const One* FindWritable(Matches matches) const {
     for (const One& one : all_) {

@@ -6,8 +6,8 @@
 
 namespace baudgate::protocols::example {
 
-/// Returns which replies can answer `request`; for an empty request: the form of requests, for
-/// twins.
+/// Returns which replies can answer `request`. For an empty `request` it returns the limits of
+/// request frames, for twins.
 Expectation Expect(View request);
 
 Cut RequestRule(View held, const Expectation& expect, bool idle);

@@ -51,7 +51,7 @@ inline constexpr std::size_t kMaxRtu = 256;
 inline constexpr std::size_t kMaxAscii = 513;
 inline constexpr std::size_t kTcpOverhead = 7;
 inline constexpr std::size_t kMaxTcp = 260;
-/// The length in a TCP header counts the PDU and, by this number of bytes more, the unit.
+/// The length in a TCP header counts the unit and the PDU: this many bytes more than the PDU.
 inline constexpr std::size_t kTcpCounted = 1;
 
 /// Returns the length of the whole frame that contains a PDU of `pdu` bytes; for ASCII in
@@ -65,16 +65,16 @@ struct Adu {
   std::uint16_t transaction = 0;  ///< tcp only: the number of a request, which its reply repeats
 };
 
-/// Makes a whole frame of a PDU. `transaction` is used for tcp only.
+/// Makes a whole frame. `transaction` is used for tcp only.
 Bytes Wrap(Framing framing, std::uint8_t slave, View pdu, std::uint16_t transaction = 0);
 /// Parses a whole frame. Returns nothing unless the frame is valid and its check value is correct.
 std::optional<Adu> Unwrap(Framing framing, View frame);
 /// Parses a frame that a reply rule has cut. Unlike Unwrap it accepts a tcp frame whose header
-/// gives too large a length.
+/// gives a length greater than that of the frame, because some servers count wrong.
 std::optional<Adu> UnwrapReply(Framing framing, View frame);
 
-/// Returns the size of a frame according to its header, `header`, which has six bytes or more.
-/// Empty: the bytes are not a Modbus TCP header.
+/// Returns the size of the frame whose header begins with `header`. Empty: `header` has fewer than
+/// six bytes or is not a Modbus TCP header.
 std::optional<std::size_t> TcpSize(View header);
 /// True if a request to `slave` is a broadcast, which no slave answers. With tcp, unit 0 is an
 /// ordinary address.

@@ -59,8 +59,8 @@ constexpr std::uint16_t kLoopbackData = 0xA55A;
 /// The maximum number of reads in OwnProbes. If the device refuses one, the next one is used.
 constexpr std::size_t kMostProbes = 3;
 
-/// Pauses after a device has answered "busy" (kBusyWait) or "acknowledge", still working
-/// (kWorkWait).
+/// Pauses after exceptions of the device: kBusyWait after "busy", kWorkWait after "acknowledge",
+/// which means that the device is still working on the request.
 constexpr Duration kBusyWait = 200ms;
 constexpr Duration kWorkWait = 1s;
 
@@ -209,8 +209,9 @@ std::optional<std::size_t> ModbusConversation::OwnProbeOf(View pdu) const {
   return static_cast<std::size_t>(found - own.begin());
 }
 
-/// Returns the PDU of a query. An identification is read from its first object on, or from the
-/// object after those of the last reply.
+/// Returns the PDU of a query. If an identification comes in several replies, the next request
+/// begins with the object that the last reply has named; the first request begins with the first
+/// object.
 Bytes ModbusConversation::PollPdu(std::size_t query) const {
   Block<Space> block = plan_.block(query);
   if (block.key.table == Table::identity) {
@@ -270,8 +271,9 @@ ModbusConversation::Exchanged ModbusConversation::Judge(View request, View frame
   return exchanged;
 }
 
-/// Returns the outcome of a reply. For Modbus TCP it compares only the PDUs: the next hop has
-/// filled in the header, and the frame rule has already compared it.
+/// Returns the outcome of a reply. For Modbus TCP it compares only the PDUs, because transaction
+/// number and unit of `request` may differ from what was sent, and the frame rule has compared
+/// them.
 Outcome ModbusConversation::Check(View request, View frame) const {
   if (framing_ != Framing::tcp || std::min(request.size(), frame.size()) < kTcpOverhead) {
     return Judge(request, frame).answer.outcome;
@@ -301,9 +303,9 @@ Answer ModbusConversation::OnFrame(const Task& task, const Request& request, Vie
   return AfterPoll(task.query, std::move(exchanged), now);
 }
 
-/// Takes the reply to a request of a write task. After a preparing read the write follows. The
-/// exception "acknowledge" to a write counts as ok: the device is still working, and a later poll
-/// shows the result.
+/// Takes the reply to a request of a write task. If the request was a read before the write, the
+/// task goes on. The exception "acknowledge" to a write counts as ok: the device is still working,
+/// and a later poll shows the result.
 Answer ModbusConversation::AfterWrite(Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
   answer.readings.clear();
@@ -334,8 +336,8 @@ Answer ModbusConversation::AfterIdentification(Exchanged exchanged) {
 }
 
 /// Takes the reply to a probe. A refusal of the own probe (unknown function, no such registers)
-/// also proves that the device is there. But a refusal could answer any request, so the next own
-/// probe is sent at once.
+/// also proves that the device is there. But any request could get the same refusal, so another own
+/// probe is sent at once, if there is one.
 Answer ModbusConversation::AfterProbe(Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
   const bool ok = answer.outcome == Outcome::ok;
@@ -446,7 +448,6 @@ std::vector<std::size_t> ModbusConversation::PointsIn(const Block<Space>& block)
   return points;
 }
 
-/// Adds a reading for each point that lies completely in the reply.
 void ModbusConversation::AddReadings(Exchanged& exchanged) const {
   if (!exchanged.data) return;
   const Data& data = *exchanged.data;
@@ -454,7 +455,7 @@ void ModbusConversation::AddReadings(Exchanged& exchanged) const {
     const auto& place = places_[point];
     const bool there = place->form == Form::object ? data.texts.contains(place->address)
                                                    : data.block().Covers(BlockOf(*place));
-    // Objects before the first requested object came in earlier replies.
+    // An earlier reply has contained the objects before the first requested object.
     const bool earlier = place->form == Form::object && place->address < data.address;
     if (there || (data.whole && !earlier))
       exchanged.answer.readings.push_back(ReadingOf(point, data));

@@ -30,14 +30,15 @@ class Identification {
  public:
   explicit Identification(const config::Identity& identity) : identity_(identity) {}
 
-  /// Returns the PDU of the question to ask before a poll. Empty: no question is left.
+  /// Returns the PDU of the identification request to send before a poll. Empty: there is none to
+  /// send.
   std::optional<Bytes> Next();
   bool IsAskedBy(const Bytes& pdu) const { return !done_ && !asked_.empty() && pdu == asked_; }
-  /// Call it with the data of the reply to the question; empty if the reply was an exception or did
-  /// not come.
+  /// Call it with the decoded reply to the request of Next; empty if the reply was an exception or
+  /// did not come.
   void OnAnswer(const std::optional<Data>& data);
-  /// Call it after an answered poll. If the device contradicts its profile, the questions are
-  /// repeated before the next poll.
+  /// Call it after an answered poll. If the device contradicts its profile, the identification
+  /// requests are repeated before the next poll.
   void OnPolled() { again_ = trouble_.reason != Reason::none; }
   /// Call it if another device may be connected. A trouble stays until a reply disproves it.
   void OnReconnect();
@@ -86,7 +87,7 @@ class ModbusConversation : public Conversation {
   Answer Interpret(View request, View frame) override;
 
  private:
-  /// A request and its reply, with the result of all checks.
+  /// A request and its reply after all checks.
   struct Exchanged {
     Answer answer;
     Bytes request;  ///< `request` and `reply` are PDUs, without address and check value
@@ -99,14 +100,14 @@ class ModbusConversation : public Conversation {
   Exchanged Judge(View request, View frame) const;
   Exchanged Decode(View request, View frame) const;
   std::pair<Space, std::size_t> BeginIn(std::uint32_t point) const;
-  /// Returns the points that begin in the block. For a table without addresses: all points of the
-  /// block's space.
+  /// Returns the points that begin in the block. If the block's table has no addresses
+  /// (IsAddressed), returns all points of the table.
   std::vector<std::size_t> PointsIn(const Block<Space>& block) const;
   void AddReadings(Exchanged& exchanged) const;
   void AddLabels(Exchanged& exchanged) const;
   void AddFaults(Exchanged& exchanged) const;
   Request MakeRequest(View pdu) const;
-  /// Returns the probes that no poll sends: a loopback, or up to three reads. If the device refuses
+  /// Returns the probes that no poll sends: up to three reads, or a loopback. If the device refuses
   /// one of them, the next one is used.
   std::vector<Bytes> OwnProbes() const;
   Bytes PollPdu(std::size_t query) const;
@@ -127,8 +128,8 @@ class ModbusConversation : public Conversation {
   SpacePlan plan_;
   Writing writing_;
   Identification identification_;
-  // The next object to ask for, if an identification comes in several replies; empty: ask from the
-  // first object on.
+  // The object with which the identification goes on, if the last reply has not contained all
+  // objects. Empty: the next request begins with the first object.
   std::optional<std::pair<Space, std::uint8_t>> next_object_;
   ProbeChoice probes_;
   std::size_t own_probe_ = 0;

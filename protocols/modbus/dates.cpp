@@ -1,9 +1,9 @@
-// Layout of a TI081 time, one line for each register:
+// Layout of the four registers of a time by IEC 60870-5-4 (TI081), highest bit first:
 //
 //   0000 0000 0YYY YYYY   year since 2000
 //   0000 MMMM wwwD DDDD   month, weekday, day
-//   S00h hhhh V0mm mmmm   summer time, hour, invalid or not synchronised, minute
-//   milliseconds          0…59999
+//   S00h hhhh V0mm mmmm   S: summer time, hour, V: invalid or not synchronised, minute
+//   milliseconds          0…59999, seconds included
 //
 #include "protocols/modbus/dates.h"
 
@@ -18,7 +18,7 @@ namespace baudgate::protocols::modbus {
 namespace {
 
 using Words = std::vector<std::uint16_t>;
-/// The parts of a time: year, month, day, hour, minute, second.
+/// Year, month, day, hour, minute, second.
 using Parts = std::array<unsigned, 6>;
 
 struct DateRow {

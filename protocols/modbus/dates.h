@@ -1,4 +1,5 @@
-// Converts dates and times between text and the register layouts of meters, in the order ABCD.
+// Converts dates and times between text and the register layouts of meters. The registers are in
+// the order ABCD: the high byte and the high register come first.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

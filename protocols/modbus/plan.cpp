@@ -57,7 +57,6 @@ void TakeObjects(View reply, Data& data) {
   }
 }
 
-/// Takes `count` bits or registers from `bytes` into `data`. Returns false if `bytes` is too short.
 bool TakeTable(View bytes, std::size_t count, Data& data) {
   const bool bits = IsBits(data.space.table);
   if (bytes.size() < (bits ? PackedSize(count) : 2 * count)) return false;
@@ -194,8 +193,8 @@ std::optional<Data> DataOf(View request, View reply) {
 
 namespace {
 
-/// The limits of a request are given in registers. One register counts as 16 bits, because 16 bits
-/// take two bytes as well.
+/// The options limit the size of requests in registers. In requests for bits, 16 bits count as a
+/// register, because both take two bytes in the reply.
 constexpr std::size_t kBitsForRegister = 16;
 
 std::size_t MostOf(Table table) {
@@ -204,11 +203,11 @@ std::size_t MostOf(Table table) {
 }
 
 bool MayJoin(const Block<Space>& block, const Block<Space>& next, const Settings& settings) {
-  if (!IsAddressed(block.key.table)) return true;  // one request reads the whole table
+  if (!IsAddressed(block.key.table)) return true;
   const bool bits = IsBits(block.key.table);
   const std::size_t most = MostOf(block.key.table);
   const std::size_t size = next.end - block.begin;
-  // Overlapping points share a request, unless it becomes too long.
+  // Overlapping points share a request, unless the request becomes too long.
   if (next.begin < block.end) return size <= most;
   const std::size_t scale = bits ? kBitsForRegister : 1;
   return next.begin - block.end <= settings.hole * scale &&
@@ -248,7 +247,7 @@ SpacePlan MakePlan(std::span<const config::Point> points,
 std::vector<Block<Space>> DistinctReads(const SpacePlan& plan) {
   const auto unit_of = [](Table table) { return std::size_t{IsBits(table) ? 8U : 1U}; };
   std::vector<Block<Space>> polled;
-  // For each table: the sizes of its polls, in registers or in bytes of bits.
+  // For each table: the sizes of its polls, in registers; for bits in bytes of eight bits.
   std::map<Table, std::set<std::size_t>> counts;
   for (std::size_t query = 0; query < plan.queries().size(); ++query) {
     const Block<Space>& block = plan.block(query);

@@ -18,9 +18,6 @@
 
 namespace baudgate::protocols::modbus {
 
-// The areas of a slave and the functions that read them: tables of registers and bits, files,
-// queues, line counters, and the identification. Source: MODBUS Application Protocol V1.1b3, 6.
-
 std::optional<Table> TableOf(std::uint8_t function);
 
 /// Returns the PDU that reads the block, such as "03 00 C8 00 02". For an identification: from the
@@ -38,11 +35,13 @@ std::string LabelOf(const Space& space, std::size_t address);
 struct Data {
   Space space;
   std::size_t address = 0;
-  Registers words;  ///< the registers; for bits 0 or 1 each; for a server id its bytes
-  /// True: the device has no more data, even if the reply has less than was requested: a short
-  /// queue, a server id.
+  /// The registers; for bits 0 or 1 each; for a server id its bytes, one in each word.
+  Registers words;
+  /// True: the reply contains all that the device has, even if more was requested. Examples: a
+  /// queue with few entries, a server id.
   bool whole = false;
-  /// Identification: text by object number; server id: its text at 0.
+  /// For an identification: the text of each object by its number. For a server id: its text at key
+  /// 0.
   std::map<std::size_t, std::string> texts{};
   /// The next object, if the identification continues in another reply.
   std::optional<std::uint8_t> follows{};
@@ -59,16 +58,15 @@ using SpacePlan = QueryPlan<Space>;
 /// Returns the place of each point, by index; an entry is empty if the point is not read.
 std::vector<std::optional<Location>> ReadLocations(std::span<const config::Point> points);
 
-/// Plans the requests for `points`. `places`: the result of ReadLocations for `points`. A request
-/// that the device refuses and has never answered is sent with the slow group.
+/// Plans the requests for `points`. `places`: the result of ReadLocations for `points`. If the
+/// device refuses points that it has never answered, they are read with the slow group.
 SpacePlan MakePlan(std::span<const config::Point> points,
                    std::span<const std::optional<Location>> places, const Settings& settings,
                    Often is_often = IsFast);
 
-/// Returns reads that can serve as probes: their number of registers (for bits: bytes) differs from
-/// that of every query of the same table, so their replies differ from all replies to polls. Each
-/// begins where a query begins. Reads that stay inside their query come first, because a device may
-/// refuse the others.
+/// Returns reads that can serve as probes, because the reply to each differs in length from the
+/// replies to all polls of its table. Each read begins where a poll begins. Reads within the range
+/// of that poll come first, because a device may refuse registers behind it.
 std::vector<Block<Space>> DistinctReads(const SpacePlan& plan);
 
 }  // namespace baudgate::protocols::modbus

@@ -217,7 +217,7 @@ Status TakeWords(std::string_view text, std::span<const std::string_view> words,
   return {};
 }
 
-/// Parses a place. `usual`: the location whose form is used if `text` names no form; can be null.
+/// Parses a place. `usual`: the location that gives the form if `text` names no form; can be null.
 Result<Location> ParseLocation(std::string_view text, const Point& point, const Location* usual) {
   std::vector<std::string_view> words;
   for (const std::string_view word : Split(Trim(text), ' ')) {
@@ -406,7 +406,8 @@ Status CheckPoint(const config::Point& point) {
 
 namespace {
 
-/// A place that is named by two words instead of a table and an address.
+/// A place that has two words as its name, such as "event counter", instead of a table and an
+/// address.
 struct NamedRow {
   std::string_view table;
   std::string_view name;

@@ -26,13 +26,13 @@ enum class Table : std::uint8_t {
   events,  ///< the event counter (function 11): status word and counter at addresses 0 and 1
   /// The event log (function 12): status word, event counter, message counter at addresses 0, 1, 2.
   log,
-  server,    ///< the server id (function 17): its bytes
-  file,      ///< the records of one file (function 20)
+  server,  ///< the server id (function 17), one byte at each address
+  file,
   queue,     ///< a queue (function 24): the count at address 0, the first entry at 1
-  identity,  ///< identification objects of one category (function 43/14)
+  identity,  ///< texts (objects) of the device identification (function 43/14), of one category
 };
 
-/// An area of a slave whose addresses count from 0: a table, one file, or one queue.
+/// An area of a slave with its own addresses from 0 on: a table, one file, or one queue.
 struct Space {
   Table table = Table::holding;
   /// Number of the file, address of the queue, or category of the objects; 0 for other tables.
@@ -43,7 +43,7 @@ struct Space {
 
 enum class Form : std::uint8_t {
   flag,  ///< one coil or discrete input
-  bit,   ///< one bit of a register
+  bit,
   bits,  ///< several bits of a register, read as one number
   int16,
   uint16,
@@ -53,9 +53,9 @@ enum class Form : std::uint8_t {
   uint64,
   float32,
   float64,
-  int8,  ///< the lower byte of a register
+  int8,  ///< as uint8 the lower byte of a register
   uint8,
-  int24,  ///< the lower three bytes of two registers
+  int24,  ///< as uint24 the lower three bytes of two registers
   uint24,
   int48,
   uint48,
@@ -69,7 +69,8 @@ enum class Form : std::uint8_t {
   text,    ///< the code in a register, shown as its text in the option `texts`
 };
 
-/// The place of a point. A large gateway has 100,000 places, so small members are grouped.
+/// The place of a point. A large gateway has 100,000 places, so small members are together, which
+/// saves padding.
 struct Location {
   Table table = Table::holding;
   Form form = Form::uint16;
@@ -79,12 +80,12 @@ struct Location {
   std::uint16_t which = 0;
   std::uint16_t address = 0;  ///< 0-based, as in the PDU
   unsigned bit = 0;           ///< the lowest bit, 0…15, for Form::bit and Form::bits
-  unsigned width = 1;         ///< number of bits, for Form::bits
+  unsigned width = 1;         ///< number of bits in Form::bits
   /// Address of the scale register in the same table. The value is multiplied by 10 to the power n,
   /// where n is the content of the scale register (-10…10). Empty: there is no scale register.
   std::optional<std::uint16_t> scale;
   std::size_t count = 1;   ///< number of registers or bits
-  std::size_t length = 0;  ///< number of characters, for Form::string
+  std::size_t length = 0;  ///< number of characters in Form::string
   std::string texts{};
 
   std::size_t end() const { return std::size_t{address} + count; }
@@ -96,7 +97,7 @@ struct Location {
 std::size_t BeginOf(const Location& place);
 std::size_t EndOf(const Location& place);
 
-/// Returns where the point is read. The error gives the fault and a correct form.
+/// Returns the place in `read`. The error names the fault and a correct form.
 Result<Location> ReadLocation(const config::Point& point);
 /// Returns where the point is written: the place in `write`, or the place in `read` if `write` is
 /// empty. If `write` names no form, the form of `read` applies.
@@ -114,8 +115,8 @@ Status CheckPoint(const config::Point& point);
 
 std::span<const DecoderSpec> DecoderTable();
 
-/// Categories of the objects that function 43/14 reads. The maker's objects begin at 0x80
-/// (kFirstOwnObject).
+/// Categories of the texts (objects) that function 43/14 reads. The objects that makers define
+/// begin at 0x80 (kFirstOwnObject).
 enum Category : std::uint16_t { kBasic = 1, kRegular = 2, kExtended = 3 };
 enum Object : std::size_t { kVendor = 0, kProduct = 1 };
 inline constexpr unsigned kFirstOwnObject = 0x80;

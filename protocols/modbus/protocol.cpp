@@ -76,8 +76,8 @@ TimingRule Times(std::size_t longest) {
           .longest = longest};
 }
 
-/// Times on a TCP connection. A lost TCP segment is sent again after 200 ms or more (RFC 6298,
-/// 2.4).
+/// Times on a TCP connection. If a TCP segment is lost, the sender repeats it after 200 ms or more
+/// (RFC 6298, 2.4), so silences of 300 ms can occur inside a reply.
 TimingRule TcpTimes() {
   return {.quiet = {.least = 100us},
           .reply = {.least = 1s},

@@ -9,7 +9,7 @@
 namespace baudgate::protocols::modbus {
 namespace {
 
-/// The search for a frame in received bytes stops at this offset.
+/// A frame that begins behind this offset in the received bytes is not looked for.
 constexpr std::size_t kFarthest = 300;
 
 /// Size of an exception in bytes: slave, function and code.
@@ -51,8 +51,8 @@ std::optional<Seen> FirstRtu(View heard) {
   return std::nullopt;
 }
 
-/// True if the bytes begin with a request that reads or writes one value, or with the reply to a
-/// read.
+/// True if the bytes begin with a request of a function 1 to 6, or with the reply to a function 1
+/// to 4.
 bool IsPlainRtu(View held) {
   if (held.size() < kShortRequest + kRtuOverhead || held[0] == 0 || held[0] > kLastSlave)
     return false;
@@ -105,7 +105,6 @@ std::optional<Recognised> OtherFraming(Framing framing, View heard) {
 
 std::string Slave(std::uint8_t slave) { return "slave " + std::to_string(slave); }
 
-/// True if `pdu`, the bytes after the header, is exactly one reply PDU.
 bool IsWholePdu(View pdu) {
   const PduLength length = ReplyLength(pdu);
   return length.kind == PduLength::Kind::exact && length.size == pdu.size();

@@ -15,7 +15,8 @@ namespace baudgate::protocols::modbus {
 /// explanation.
 std::optional<Recognised> Recognise(Framing framing, View request, View heard);
 
-/// See ForeignRule. Recognises requests that read or write one value, and replies to reads.
+/// A ForeignRule (protocols/protocol.h): recognises requests that read, or write one value, and
+/// replies to reads.
 std::optional<std::string> ForeignRtu(View heard);
 
 }  // namespace baudgate::protocols::modbus

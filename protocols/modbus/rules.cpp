@@ -106,10 +106,11 @@ namespace {
 using Kind = PduLength::Kind;
 
 constexpr std::size_t kShortest = kRtuOverhead + 1;
-/// The length of a loopback PDU with one data word. Several words are allowed, but hardly used.
+/// The length of a loopback PDU with one data word. The standard allows several words; hardly any
+/// master sends them.
 constexpr PduLength kUsualLoopback = {Kind::exact, 5};
-/// The longest reply of another slave that the rule waits for if its function is not the expected
-/// one.
+/// If a reply of another slave has another function than the expected one, the rule waits for the
+/// rest of the reply only if the reply has at most this many bytes.
 constexpr std::size_t kShortReply = 32;
 
 /// Cuts a frame that only silence ends: the CRC must be correct over all bytes received.
@@ -124,7 +125,7 @@ Cut BySilence(View held, std::size_t most, bool idle) {
 struct Head {
   enum class Kind : std::uint8_t {
     request,
-    reply,       ///< a reply of another slave
+    reply,       ///< a reply of a slave
     open,        ///< incomplete: the bytes may become a request or a reply
     by_silence,  ///< the bytes may be a request whose end only silence shows
     neither,
@@ -143,9 +144,9 @@ Fit FitOf(View held, PduLength length) {
   return EndsInCrc16(held.first(size)) ? Fit::whole : Fit::none;
 }
 
-/// Classifies the bytes that a listener receives. If more bytes come, only the results `open` and
-/// `by_silence` can change. A loopback is accepted as soon as it has two data bytes, its usual
-/// length.
+/// Classifies the bytes that a listener has received so far. Only the results `open` and
+/// `by_silence` can change when more bytes come. A loopback is accepted as soon as it has two data
+/// bytes, its usual length.
 Head LookAt(View held, bool idle) {
   if (held[0] > kLastSlave) return {};
   if (held.size() < 2) return {Head::Kind::open};
@@ -193,8 +194,9 @@ bool IsAllFrames(View burst, bool idle) {
 /// True for a byte that cannot begin a frame, or that often appears before frames (00, FF).
 bool IsNoise(std::uint8_t byte) { return cut::IsHarmless(byte) || byte > kLastSlave; }
 
-/// Drops a burst that is longer than any frame. It ends the drop at the last byte that begins no
-/// frame, so that no byte in the middle of the burst is taken for the beginning of a frame.
+/// Drops a burst that is longer than any frame. The last byte that cannot begin a frame becomes the
+/// first byte of the rest, so that no byte in the middle of the burst is taken for the beginning of
+/// a frame.
 Cut DropFlood(View burst) {
   const auto no_frame = [&](std::size_t at) {
     return !IsNoise(burst[at]) && LookAt(burst.subspan(at), false).kind == Head::Kind::neither;
@@ -204,9 +206,10 @@ Cut DropFlood(View burst) {
   return cut::TooLong(size > 0 ? size : burst.size());
 }
 
-/// Handles bytes that may be a reply to another request: from another slave, or late. The rule
-/// waits for the whole reply if its length is known, or if its function is the expected one. For a
-/// reply of another slave with another function it waits only up to the length kShortReply.
+/// Handles bytes that may be a reply to another request: another slave sends it, or it is late. The
+/// rule waits for the whole reply if its length is known or its function is the expected one. If
+/// another slave sends a reply with another function, the rule waits only if it is at most
+/// kShortReply bytes long.
 Cut AnotherReply(View held, const Expectation& expect, bool another_slave, std::string_view why,
                  bool idle) {
   if (held[0] == 0 || held[0] > kLastSlave) return cut::Slide(held, why);
@@ -234,8 +237,8 @@ Cut AnotherReply(View held, const Expectation& expect, bool another_slave, std::
   return IsReplyForm(pdu) ? Cut::Frame(size) : cut::Slide(held, why);
 }
 
-/// Cuts a reply that repeats the whole request: some devices confirm functions 15 and 16 so. The
-/// bytes can also be an echo of the request, which the reply follows, so the rule waits for
+/// Cuts a reply that repeats the whole request: some devices confirm functions 15 and 16 in this
+/// way. The bytes can also be an echo of the request, followed by the reply, so the rule waits for
 /// silence.
 Cut WholeWrite(View held, bool idle) {
   const PduLength length = RequestLength(held.subspan(1));
@@ -266,8 +269,8 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
   const bool over = idle || held.size() > kMaxRtu;
   if (!over && head.kind != Head::Kind::neither) return Cut::NeedMore();
   if (head.kind == Head::Kind::by_silence) {
-    // By chance a CRC is correct at one length in thousands, so the bytes after the frame must be
-    // frames as well.
+    // One in some thousand lengths has a correct CRC by chance, so the bytes behind the frame must
+    // be frames, too.
     const View burst = held.first(std::min(held.size(), kMaxRtu));
     const std::size_t size = EndOfUnknown(burst);
     if (size > 0 && IsAllFrames(burst.subspan(size), idle)) return Cut::Frame(size);
@@ -320,7 +323,6 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
 
 namespace {
 
-/// Cuts a line with a correct LRC, from ':' to CR or LF.
 Cut CutLine(View held, const Expectation& expect, bool idle) {
   if (held.front() != ':') return cut::SkipNoise(held, ":", "\r\n");
   const auto stop = std::find_if_not(held.begin() + 1, held.end(), [](std::uint8_t byte) {
@@ -362,8 +364,8 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
   const bool asked = shape != expect.shapes.end();
   const bool fits = asked && length >= shape->min_length && length <= shape->max_length;
   if (fits || IsReplyForm(adu->pdu)) return line;
-  // Some devices confirm functions 15 and 16 with the whole request (see WholeWrite), so only
-  // silence shows that this is not an echo.
+  // Some devices confirm functions 15 and 16 with the whole request (see WholeWrite). An echo of
+  // the request has the same bytes, but the reply follows it, so the rule waits for silence.
   const bool whole_write = asked && IsMultipleWrite(adu->pdu[0]) && IsCommon(adu->pdu);
   if (whole_write && held.size() == line.size) return idle ? line : Cut::NeedMore();
   return Cut::Discard(line.size, Outcome::partial, "not a reply to the request");
@@ -400,10 +402,9 @@ Cut NoHeader(View held, const Expectation& expect, bool idle) {
                       "not the header of a Modbus TCP message");
 }
 
-/// Returns the size of the reply at the front. Some servers count too many bytes in the header: 4
-/// for the unit and an exception of two bytes. If function and request define the size, that size
-/// is used, unless the byte count in the reply contradicts it. `told`: the size according to the
-/// header.
+/// Returns the size of the reply at the front of `held`. `told`: the size according to its header.
+/// Some servers count too many bytes: 4 for the unit and an exception of two bytes. If function and
+/// request define the size, that size is used, unless the byte count in the reply contradicts it.
 std::size_t SizeOfReply(View held, const Expectation& expect, std::size_t told, bool idle) {
   if (held.size() <= kTcpOverhead) return told;
   const std::uint8_t function = held[kTcpOverhead];
@@ -416,8 +417,8 @@ std::size_t SizeOfReply(View held, const Expectation& expect, std::size_t told, 
     const auto count = ByteReader(held).U8(kTcpOverhead + 1);
     return count && kTcpOverhead + 2 + *count == size ? size : told;
   }
-  // The header may be correct and the reply unusual (a write confirmed with the whole request), so
-  // the rule uses the defined size only after silence.
+  // The header may be correct and the reply unusual: some devices confirm a write with the whole
+  // request. So the rule uses the size that the request defines only after silence.
   return idle ? size : told;
 }
 

@@ -12,8 +12,8 @@
 
 namespace baudgate::protocols::modbus {
 
-/// Returns which replies can answer `request`. Expectation::address is the slave number as one
-/// byte, in every framing.
+/// Returns which replies can answer `request`. In every framing Expectation::address is one byte,
+/// the slave number, also if the frames contain the number in hex digits.
 Expectation Expect(Framing framing, View request);
 
 /// Returns the value of Shape::tag for a reply: its function code, and for tcp its transaction as
@@ -23,8 +23,8 @@ constexpr int TagOf(std::uint16_t transaction, int function) {
 }
 constexpr std::uint16_t TransactionOf(int tag) { return static_cast<std::uint16_t>(tag / 256); }
 
-/// Returns the functions for transparent routes; null for tcp: routes to TCP servers need no line
-/// (docs/modbus.md).
+/// Returns the functions for transparent routes; null for tcp, because routes to TCP servers do not
+/// use a line (docs/modbus.md).
 const PduCarrier* Carrier(Framing framing);
 
 Cut RtuRequestRule(View held, const Expectation& expect, bool idle);
@@ -41,7 +41,7 @@ Cut TcpReplyRule(View held, const Expectation& expect, bool idle);
 // The requests of a scan: only server id (17), identification (43/14), loopback (8), and then a
 // read of one register. gateway/tools/scan uses this rule.
 
-/// Returns the rule for scans; null for tcp: units behind TCP are not searched for.
+/// Returns the rule for scans; null for tcp, because a scan searches serial lines only.
 const ScanRule* ScanOf(Framing framing);
 
 // The rule for telegrams typed by hand: adds a missing check value, and decides which are reads.

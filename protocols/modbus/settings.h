@@ -17,7 +17,7 @@ namespace baudgate::protocols::modbus {
 /// For functions that need more time: the maximum reply time by function code.
 using FunctionTimes = std::map<std::uint8_t, Duration>;
 
-/// For each table name: the texts of register codes.
+/// Texts of register codes: the first key is the name of a table of texts, the second key the code.
 using TextTables = std::map<std::string, std::map<std::uint16_t, std::string>, std::less<>>;
 
 struct Settings {
@@ -28,11 +28,14 @@ struct Settings {
   /// Maximum number of unused registers between two points of a request; for bits 16 times as many.
   std::size_t hole = 8;
   bool write_multiple = false;
-  bool write_together = false;  ///< true: one request writes adjacent points of one command
-  /// True: bits of a register are written by read and write; false: by mask write (22).
+  /// True: adjacent points that one command writes are written by one request.
+  bool write_together = false;
+  /// True: bits of a register are written by two reads and a write of the whole register. False: by
+  /// mask write (function 22).
   bool bits_by_read = false;
-  bool probe_by_loopback = false;  ///< true: the probe is a loopback; false: a read
-  bool missing_zero = false;       ///< true: registers between points read 0; used by the twin
+  bool probe_by_loopback = false;
+  /// For the twin; true: registers without a point read 0; false: reading them gives an exception.
+  bool missing_zero = false;
   TextTables texts;
   FunctionTimes reply_times;
 };

@@ -348,13 +348,15 @@ std::string ModbusTwin::SaysOf(Table table, std::size_t object, Instant now) con
   return object == 2 ? "1.0" : "";
 }
 
-/// Returns the reply with one object, or with as many objects of a category as fit into it.
+/// Returns the reply with one object, or with all objects of a category from the requested one on,
+/// as many as fit.
 Bytes ModbusTwin::Identify(View pdu, Instant now) const {
   if (pdu.size() != 4 || pdu[1] != kIdentification) {
     return Exception(pdu[0], kIllegalFunction);
   }
   constexpr std::uint8_t kOne = 4;
-  constexpr std::size_t kEnds[] = {0x03, 0x80, 0x100};  // of basic, regular, extended objects
+  // Ends of the basic, regular and extended objects.
+  constexpr std::size_t kEnds[] = {0x03, 0x80, 0x100};
   if (pdu[2] < 1 || pdu[2] > kOne) return Exception(pdu[0], kIllegalValue);
   const bool one = pdu[2] == kOne;
   std::size_t id = pdu[3];

@@ -37,17 +37,18 @@ class ModbusTwin : public Twin {
   Bytes Write(View pdu, Instant now);
   Bytes MaskWrite(View pdu, Instant now);
   Bytes ReadWrite(View pdu, Instant now);
-  /// Answers functions that have no range in the request.
+  /// Answers reads without an address range, such as function 17 (server id).
   Bytes ReadOne(View pdu, Instant now) const;
   Bytes Identify(View pdu, Instant now) const;
   std::string SaysOf(Table table, std::size_t object, Instant now) const;
 
   Image ImageOf(const Space& space, std::size_t address, std::size_t count, Instant now) const;
   void Draw(const TwinPoints<Location>::One& point, Image& image, Instant now) const;
-  /// True if a range is allowed to be read or written. `there`: for each word of the range, whether
-  /// it exists.
+  /// True if a range is allowed to be read or written: all its words exist, or with `missing: zero`
+  /// at least one. `there`: for each word of the range, whether it exists.
   bool Allows(const std::vector<bool>& there) const;
-  std::size_t CountOf(const Space& space) const;  ///< words up to the last point
+  /// Number of words up to the end of the last point.
+  std::size_t CountOf(const Space& space) const;
   /// Writes `words` to the points from `address` on. Returns 0, or the exception code.
   std::uint8_t Store(Table table, std::size_t address, const Registers& words, Instant now);
 

@@ -37,7 +37,7 @@ std::int64_t SignExtended(std::uint64_t bits, unsigned width) {
   return static_cast<std::int64_t>(low ^ sign) - static_cast<std::int64_t>(sign);
 }
 
-/// Returns word `i` of the registers after they are brought into the order ABCD.
+/// Returns word `i` of the registers in the order ABCD.
 std::uint16_t WordIn(std::span<const std::uint16_t> registers, WordOrder order, std::size_t i) {
   const bool in_pairs = order == WordOrder::cdabghef && registers.size() == 4;
   const bool forward = order == WordOrder::abcd || order == WordOrder::badc;
@@ -117,8 +117,9 @@ Error NoFit(const Value& value, std::string_view why) {
 /// 302.99999999999994.
 constexpr double kNoise = 1e-6;
 
-/// Returns `value` as a whole number; a negative number in two's complement. An error if it is not
-/// whole or not in the range. Numbers of 64 bits are not rounded.
+/// Returns `value` as a whole number, a negative number in two's complement. Fails if `value` is
+/// not whole or out of the range. A value of type int64 or uint64 is not converted to double, so it
+/// keeps all digits.
 Result<std::uint64_t> Whole(const Value& value, std::int64_t lowest, std::uint64_t highest) {
   const std::string range =
       "is outside " + std::to_string(lowest) + "..." + std::to_string(highest);

@@ -30,15 +30,16 @@ std::uint16_t MaskOf(const Location& place) {
   return static_cast<std::uint16_t>(((1U << place.width) - 1U) << place.bit);
 }
 
-/// True if `next` can follow directly after `last` in one request: it begins where `last` ends in
-/// the same table.
+/// True if one request can write `next` directly behind `last`: neither is a bit of a register, and
+/// `next` begins where `last` ends in the same table.
 bool IsNext(const Location& last, const Location& next) {
   return last.table == next.table && !IsBitsOfRegister(last) && !IsBitsOfRegister(next) &&
          next.address == last.end();
 }
 
-/// Returns why a raw value does not fit the registers. If the scale is the reason, the text
-/// contains the number and unit that the user has entered; otherwise it is `why`.
+/// Returns why a raw value does not fit the registers. If the cause is that the user's number is no
+/// multiple of the point's scale, the text contains that number and its unit; otherwise it is
+/// `why`.
 std::string WhyNoFit(const Value& raw, const config::Point& point, const std::string& why) {
   const auto number = Decimal::Of(raw);
   if (!number || point.scale == Decimal(1) || number->IsMultipleOf(1)) return why;

@@ -33,7 +33,8 @@ class Writing {
   /// Call it with the register that a preparing read returned. Returns an error if the register has
   /// changed since the first read.
   Status OnRead(std::uint16_t value);
-  /// Call it when the task has ended or starts again: what was read for it is dropped.
+  /// Call it when the task has ended or starts again: the values of its preparing reads are
+  /// dropped.
   void Forget() { seen_.clear(); }
 
  private:
@@ -42,7 +43,7 @@ class Writing {
     const config::Point* point = nullptr;
     Value value;
   };
-  /// Some bits of one register, and their new states.
+  /// The bits of one register to write: `mask` has a 1 for each of them, `set` their new states.
   struct Bits {
     std::uint16_t address = 0;
     std::uint16_t mask = 0;
@@ -63,8 +64,9 @@ class Writing {
   std::vector<std::uint16_t> seen_;  // values of the register, as read for this task
 };
 
-/// Returns the points whose values can change when the slave carries out the request: those that
-/// are read from or written to the range. Empty: the effect of the request is unknown.
+/// Returns the indices of the points whose values can change when the slave carries out the
+/// request: points whose place in `read` or `write` overlaps the written range. Empty: the effect
+/// of the request is unknown.
 std::optional<std::vector<std::size_t>> ChangedPoints(View pdu, const config::Device& device);
 
 }  // namespace baudgate::protocols::modbus

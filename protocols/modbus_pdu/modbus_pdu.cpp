@@ -69,8 +69,8 @@ bool IsOneRecord(View request, View reply) {
   return reply[2] + 1U == reply[1] && reply[3] == request[2];
 }
 
-/// True for a reply of function 18 (hex): byte count, number of registers (two bytes each),
-/// registers.
+/// True for a whole reply of function 24 (18 hex): byte count, number of registers (two bytes
+/// each), registers.
 bool IsQueue(View reply) {
   const auto bytes = CountAt(reply, 1);
   const auto count = CountAt(reply, 3);
@@ -289,7 +289,8 @@ std::size_t LengthOfReply(View request, View head, std::size_t told) {
   if (HasByteCount(head[0])) {
     return head.size() >= 2 && head[1] + std::size_t{2} == awaited ? awaited : told;
   }
-  // Some devices confirm a write with the whole request, so its length is accepted as well.
+  // Some devices confirm a write with the whole request, so the length of the request is accepted,
+  // too.
   return told == request.size() ? told : awaited;
 }
 

@@ -70,7 +70,6 @@ inline constexpr std::size_t kWriteHeader = 6;
 /// Size of the good reply to functions 5, 6, 15 and 16: it is the first five bytes of the request.
 inline constexpr std::size_t kWriteReply = 5;
 
-/// True for 1…127, the function codes of requests.
 constexpr bool IsFunction(std::uint8_t code) { return code > 0 && code < kExceptionBit; }
 
 // Four functions tell from a request whether it is a write, each for its own purpose:
@@ -81,15 +80,14 @@ constexpr bool IsFunction(std::uint8_t code) { return code > 0 && code < kExcept
 //   MayChangeSlave        no     no          yes         yes    yes         yes
 //   IsPlainWrite          no     no          no          yes    no          no
 //
-// The queue of a line keeps the order of all requests except those with IsRead. Requests with
-// MayChangeSlave are recorded. `permit: data` of a listener allows IsRead and IsPlainWrite only; an
-// IsPlainWrite request to unit 0 is a broadcast.
+// The queue of a line keeps the order of all requests for which IsRead is false. Requests for which
+// MayChangeSlave is true are recorded. `permit: data` of a listener allows only requests for which
+// IsRead or IsPlainWrite is true; a plain write to unit 0 is a broadcast.
 
-/// True for 1…4: functions that only read, on any slave.
+/// True for functions 1…4, which read on every slave and change nothing.
 constexpr bool IsRead(std::uint8_t function) {
   return function >= kReadCoils && function <= kReadInput;
 }
-/// True for 15 and 16, the functions that write several coils or registers.
 constexpr bool IsMultipleWrite(std::uint8_t function) {
   return function == kWriteCoils || function == kWriteRegisters;
 }
@@ -103,7 +101,6 @@ constexpr bool IsAboutBits(std::uint8_t function) {
   return function == kReadCoils || function == kReadDiscretes || function == kWriteCoil ||
          function == kWriteCoils;
 }
-/// Returns the number of bytes that hold `bits` bits. Example: 9 bits take 2 bytes.
 constexpr std::size_t PackedSize(std::size_t bits) { return (bits + 7) / 8; }
 
 /// The parts of a request of function 1…6, 15 or 16. `data` is a view into the PDU.
@@ -143,9 +140,10 @@ bool IsReplyForm(View pdu);
 /// Returns the length of the good reply to `request`. Empty: the length is unknown, or there is no
 /// good reply.
 std::optional<std::size_t> AwaitedLength(View request);
-/// Returns the length of the Modbus TCP reply that begins with `head`, where the header gives
-/// `told` bytes. Some servers give too many bytes: if function and request fix a shorter length,
-/// that length is returned, unless the reply's own bytes agree with the header.
+/// Returns the length of the Modbus TCP reply that begins with `head`. `told`: its length according
+/// to the header. Some servers count too many bytes there: if function and request define a shorter
+/// length, that length is returned, unless the byte count in the reply, or the repeated request,
+/// confirms `told`.
 std::size_t LengthOfReply(View request, View head, std::size_t told);
 /// True if the second byte of a reply with this function code is a byte count.
 bool HasByteCount(std::uint8_t function);
@@ -155,8 +153,8 @@ bool IsRepeatable(View request);
 bool MayChangeSlave(View request);
 /// True if the good reply has the same bytes as the request.
 bool IsMirrored(View request);
-/// False for functions whose reply never has the same bytes as the request. True for functions 15
-/// and 16, too, because some devices confirm them with the whole request.
+/// False for functions whose reply never has the same bytes as the request. True also for functions
+/// 15 and 16, because some devices confirm them with the whole request.
 bool MayBeMirrored(std::uint8_t function);
 
 struct Verdict {

@@ -23,8 +23,8 @@ inline constexpr std::size_t kTagAt = 3;  ///< offset of the first digit in a ta
 /// new firmware, `m…` changes its settings.
 enum class Command : std::uint8_t { read, information };
 Bytes EncodeCommand(Command command);
-/// True if `request` is the information command. The bytes of a line can contain this command even
-/// if the configuration has no commands.
+/// True if `request` is the information command, whether or not the gateway is configured to send
+/// commands.
 bool IsInformation(View request);
 /// Returns the text of the reply to `information`: its lines, joined by blanks, without '>' and
 /// echo. Error: `answer` contains no line, or is not such a reply.
@@ -39,9 +39,9 @@ View TextIn(View frame, const Settings& settings);
 /// The maximum number of CR, LF, 00 and FF characters around a text.
 inline constexpr std::size_t kMostAround = 8;
 
-/// Returns the content of a whole message: the digits in upper case, or the text without start, end
-/// and blanks at both ends. Error: the text contains characters that are not ASCII, as with a wrong
-/// parity.
+/// Returns the content of a whole message: for a tag its digits in upper case, for a text the
+/// characters between start and end, without blanks at both ends. Fails if the text has characters
+/// that are not ASCII, as with a wrong parity.
 Result<std::string> Decode(View frame, const Settings& settings);
 
 /// Parses the address of a reader: "none", or a number from 1 to 255. The number is for people

@@ -15,8 +15,9 @@
 namespace baudgate::protocols::reader {
 namespace {
 
-constexpr std::uint32_t kTagCode = 1;   // code of tag events, see config/profiles/reader
-constexpr std::size_t kMostKnown = 64;  // the maximum number of texts in latest_
+// DeviceEvent::code of tag events, also used in config/profiles/reader.
+constexpr std::uint32_t kTagCode = 1;
+constexpr std::size_t kMostKnown = 64;  // latest_ contains at most this many texts
 constexpr std::size_t kMostOwed = 16;   // the maximum number of outstanding replies to `r`
 constexpr std::size_t kMostQuoted = 30;
 
@@ -161,7 +162,8 @@ Result<Request> ReaderConversation::Ask(const Task& task, Instant) {
   Request request;
   request.bytes = EncodeCommand(information ? Command::information : Command::read);
   request.expect = Expect(request.bytes, settings_);
-  // A message shows the present state, so it is a correct reply to either command.
+  // All replies to `r` show the present tag, and all replies to `i` are equal, so a late reply is
+  // as good as a new one.
   request.any_order = true;
   request.stamped = true;
   request.reply = settings_.answer;
@@ -248,7 +250,8 @@ Answer ReaderConversation::OnDue(Now now) {
 
 void ReaderConversation::OnEventsKept(std::string_view said) {
   if (std::exchange(recalled_, true)) return;
-  // Tags that came before the first call of this function were numbered from 1 on.
+  // Before the first call of this function, tags were numbered from 1 on. Now the number of the
+  // last tag before the restart is added.
   const auto before = ParseInteger<std::uint64_t>(said).value_or(0);
   counter_ += before;
   for (auto& tag : ring_) tag.counter += before;
@@ -269,10 +272,10 @@ void ReaderConversation::Remember(const std::string& text, Instant now) {
   latest_.insert_or_assign(text, now);
 }
 
-/// True if this message is the reply to the command `r`; such a reply looks like any message. If
-/// the reader repeats its last tag after `r`, the tag is not new, however long ago it came. If two
-/// such messages come, the tag has come again, and the second message is handled as if nothing was
-/// asked:
+/// True if this message counts as the reply to the command `r`; the reply looks like any message.
+/// If the reader repeats its last tag after `r`, the tag is not new, however long ago it came. If
+/// it repeats the tag twice, only the first of these messages is the reply, and the tag has come
+/// again:
 ///   tag A, 10 s, r, A                  one tag, which stays
 ///   tag A, 10 s, r, A, A               the tag came again: two tags
 ///   tag A, 10 s, r, B, then B or none  B came and was read: A and B, once each

@@ -28,9 +28,9 @@ class ReaderConversation final : public Conversation {
   Answer OnUnasked(View message, Now received) override;
   std::optional<Instant> DueAt() const override { return gone_at_; }
   Answer OnDue(Now now) override;
-  /// Records when the reply to `request` must have come at the latest, see TakeAnswer.
+  /// Records by when the reply to `request` must come, see TakeAnswer.
   void Stamp(Request& request, Now arrives, Duration character) override;
-  /// Continues the numbers of tags from before a restart.
+  /// Gets the number of the last tag before a restart; the numbers of new tags go on from there.
   void OnEventsKept(std::string_view said) override;
 
  private:
@@ -46,10 +46,11 @@ class ReaderConversation final : public Conversation {
   const std::vector<Item> items_;  // index: point
   const std::vector<Query> queries_;
   const Standing standing_;
-  // Index: point; true after its first number: a missing number gives no bad reading before.
+  // For each point: true after its first number. Before that, a message without a number gives the
+  // point no bad reading.
   std::vector<bool> had_number_;
   std::deque<Tag> ring_;                   // the last tags, the newest first
-  std::map<std::string, Instant> latest_;  // for each text of the last same_tag: when it came last
+  std::map<std::string, Instant> latest_;  // when each text of the last same_tag came last
   std::string last_;                       // the text of the last message; empty: no tag
   // For each outstanding reply to `r`: when it must have come at the latest.
   std::deque<Instant> owed_;

@@ -155,8 +155,8 @@ std::string_view WithoutDegree(std::string_view unit) {
 bool IsPartOfNumber(char c) { return (c >= '0' && c <= '9') || c == '.'; }
 bool IsSign(char c) { return c == '-' || c == '+'; }
 
-/// True if the text contains only names, units and separators, which cannot change the number
-/// beside them. A sign or a bracket could change it.
+/// True if the text contains only letters and separators, as names and units do. Other characters
+/// beside a number, such as a sign or a bracket, could change the number.
 bool IsUnderstood(std::string_view text) {
   constexpr std::string_view kSeparators = " \t\r\n.,;:=%/$";
   return std::ranges::all_of(
@@ -259,7 +259,8 @@ Decoded NumberIn(const Item& item, std::string_view text, std::string_view unit)
                                    std::string(text.substr(before.size(), end - before.size())));
   if (!number) return none;
   const auto its = UnitBehind(all.substr(item.first > 0 ? item.first - 1 : 0), unit);
-  // "Err 03" and "TICKET 0042" must not be read as weights: with words the unit must be there.
+  // "Err 03" and "TICKET 0042" must not be read as weights: a text with letters must contain a unit
+  // of mass.
   const bool words = IsMass(unit) && item.first == 0 && std::ranges::any_of(text, IsLetter);
   if (its ? !IsSameUnit(*its, unit) : words) return none;
   const bool at_begin = before.empty();

@@ -23,7 +23,7 @@ struct Item {
     low,
     counter,  ///< the number of a tag, counted from 1
     time,     ///< when a tag came, in s since 1970 UTC
-    /// This kind and the kinds below belong to the latest message, whether its tag is new or not.
+    /// The kinds from here to `number` belong to the latest message, whether its tag is new or not.
     present,
     repeats,
     message,
@@ -37,7 +37,7 @@ struct Item {
   std::size_t last = 0;
 
   bool of_tag() const { return kind <= Kind::time; }
-  /// True if every message gives the item a new value, so a read of the present tag does as well.
+  /// True if every message gives the item a new value. The command `r` then reads the item.
   bool of_message() const { return kind >= Kind::present && kind <= Kind::number; }
 };
 

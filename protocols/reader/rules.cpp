@@ -14,11 +14,12 @@ namespace {
 
 /// Shape::tag of the replies to Command::information.
 constexpr int kInformation = -2;
-/// Shape::tag for a reader that answers commands. Bytes that are not a tag may belong to a reply,
-/// so they are not a sign of damage.
+/// Shape::tag for a reader that sends tags and answers commands. Bytes between two tags may belong
+/// to a reply to a command, so they do not count as damage.
 constexpr int kTagsAndAnswers = -1;
 constexpr int kNone = 0x100;  // code for "no such character"
-constexpr int kEnds = 0x200;  // factor that separates the codes of start and end in Shape::tag
+// Shape::tag of a text is the code of `start` plus kEnds times the code of `end`.
+constexpr int kEnds = 0x200;
 constexpr std::size_t kMostInformation = 256;
 
 int CodeOf(std::optional<std::uint8_t> character) { return character ? *character : kNone; }
@@ -28,8 +29,9 @@ std::optional<std::uint8_t> OfCode(int code) {
   return static_cast<std::uint8_t>(code);
 }
 
-/// Packs the options of a text into the one Shape of an expectation: start and end into `tag`,
-/// `length` and `most` into the lengths. An expectation without a Shape is for tags alone.
+/// Packs the options of a text into a Shape, because the frame rule gets no Settings: start and end
+/// into `tag`, `length` and `most` into the lengths. An expectation without a Shape means that tags
+/// come.
 Shape ShapeOf(const Settings& settings) {
   return {CodeOf(settings.start) + kEnds * CodeOf(settings.end), settings.length, settings.most};
 }
@@ -44,8 +46,8 @@ Settings OfShape(const Shape& shape) {
 
 }  // namespace
 
-/// Returns which messages can come after `request`. A text that is too long is buffered somewhat
-/// beyond its limit, so that its end is not taken for a text of its own.
+/// Returns which messages can come after `request`. max_bytes exceeds the longest valid text, so
+/// that a text that is too long is dropped whole, and its end is not taken for a text.
 Expectation Expect(View request, const Settings& settings) {
   if (IsInformation(request)) {
     return {.shapes = {{.tag = kInformation}}, .max_bytes = kMostInformation};
@@ -83,8 +85,8 @@ Cut CutTag(View held, bool idle, Outcome noise) {
   return Cut::Discard(1, harmless ? Outcome::none : noise, "noise before a tag");
 }
 
-/// Cuts the reply to the information command: up to a '>' at the beginning of a line. If no '>'
-/// comes, the reply ends with a silence after a whole line.
+/// Cuts the reply to the information command. It ends with a '>' at the beginning of a line, or,
+/// without '>', with a silence behind a whole line.
 Cut CutInformation(View held, std::size_t most, bool idle) {
   const auto is_end = [](std::uint8_t byte) { return byte == '\r' || byte == '\n'; };
   const std::size_t size = std::min(held.size(), most);
@@ -95,7 +97,7 @@ Cut CutInformation(View held, std::size_t most, bool idle) {
     if (held[at] == '>' && begins && said) {
       return Cut::Discard(at + 1, Outcome::corrupt, "a damaged answer");
     }
-    // The harmless '>' and 'i' are the prompt and the echo of the command.
+    // The prompt '>' and the echo 'i' of the command are no content of the reply.
     said = said || !cut::IsHarmless(held[at], "\r\n>i");
   }
   if (held.size() >= most) return cut::TooLong();
@@ -105,7 +107,6 @@ Cut CutInformation(View held, std::size_t most, bool idle) {
   return cut::Wait(idle, held.size());
 }
 
-/// Accepts a whole text if its length is right.
 Cut Checked(View frame, const Settings& form) {
   const View text = TextIn(frame, form);
   const std::size_t around = frame.size() - text.size();
@@ -119,8 +120,6 @@ Cut Checked(View frame, const Settings& form) {
                : Cut::Discard(frame.size(), Outcome::corrupt, "not as long as a text should be");
 }
 
-/// Returns the index of the first byte `wanted` at `from` or behind it; held.size() if it has not
-/// come yet.
 std::size_t Find(View held, std::uint8_t wanted, std::size_t from) {
   const auto begin = held.begin() + static_cast<std::ptrdiff_t>(from);
   return static_cast<std::size_t>(std::find(begin, held.end(), wanted) - held.begin());
@@ -167,7 +166,8 @@ namespace {
 
 constexpr std::size_t kQuoted = 24;
 constexpr std::size_t kShortest = 3;
-/// A bad wire or a full buffer loses at most this many characters of a message.
+/// A message that lacks at most this many characters was probably damaged by a bad wire or a full
+/// buffer.
 constexpr std::size_t kFewLost = 2;
 constexpr std::string_view kLineEnds = "\r\n";
 constexpr std::string_view kMarks = ":;<=>?@[]!\"#&'()*,";

@@ -17,10 +17,9 @@ Expectation Expect(View request, const Settings& settings);
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut MessageRule(View held, const Expectation& expect, bool idle);
 
-// Explains bytes that are not a valid message: other line ends, texts instead of tags, or another
-// start, end or length than configured.
-
-/// Explains `heard`, which came after `request`; `request` is empty if no command was sent.
+/// Explains `heard`, bytes that are not a valid message: they have other line ends, are text
+/// instead of tags, or have another start, end or length than configured. `request`: the command in
+/// front of them; empty: no command was sent.
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 
 }  // namespace baudgate::protocols::reader

@@ -23,7 +23,8 @@ struct Settings {
   std::size_t most = 80;   ///< the maximum number of characters between start and end
   Duration idle{};         ///< the silence that ends a message
   Duration whole{};        ///< the maximum duration of a message
-  Duration same_tag{};     ///< a text that comes again within this time is not a new tag
+  /// A text that comes again within this time since it came last is not a new tag.
+  Duration same_tag{};
   /// How long a tag counts as present after its message; zero: until "no tag" comes.
   Duration present{};
   bool asks = false;  ///< true: the gateway sends the commands of codec.h

@@ -16,8 +16,9 @@ constexpr std::uint64_t kFirstTag = 0x06001259E3;
 ReaderTwin::ReaderTwin(const config::Device& device, TwinValues& values)
     : settings_(ReadSettings(device.options)), points_(device, values, ParseItem, ParseItem) {}
 
-/// Lets the reader send a tag. The tag is the text of the event if that is a number, else
-/// 06001259E3 and the numbers that follow. A scale sends the value of its point `number`.
+/// Lets the reader send a tag: the text of the event if it is a number, else 06001259E3 plus the
+/// number of earlier events. A scale, a text reader with a point `number`, sends the value of this
+/// point instead.
 bool ReaderTwin::Raise(const DeviceEvent& event, Now now) {
   if (queue_.size() >= kMostWaiting) return false;
   const auto said = ParseInteger<std::uint64_t>(event.text);

@@ -74,8 +74,8 @@ std::optional<std::string> ByteCode(std::string_view key) {
   return byte && byte->size() == 1 ? std::optional(ByteText(*byte)) : std::nullopt;
 }
 
-/// Returns the codes in the form of the field `name`. Codes that the field cannot contain are
-/// reported as errors.
+/// Returns the codes in the form in which FindCode compares them; for a byte this is "0x1A". Codes
+/// that the field `name` cannot contain are reported as errors.
 Codes CodesOf(const Telegram& telegram, const std::string& name, const Codes& codes,
               const config::Mark& mark, Problems& problems) {
   const Format& format = telegram.FindField(name)->format;
@@ -105,7 +105,7 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
   if (!node) return;
   Problems& problems = map.problems();
   const std::vector<std::string> names = FieldNames(telegram);
-  // 'receive' is invalid, and an error was reported, so the fields are unknown.
+  // `receive` is invalid, so the fields are unknown; the error was reported.
   if (telegram.receive.empty() && map.Has("receive")) return;
   for (const Entry& field : config::ReadEntries(*node, "codes", problems)) {
     Codes codes;
@@ -407,7 +407,7 @@ class ExampleCheck {
     }
     if (!telegram_.send && map_.Has("send"))
       Error("send", "the telegram has no 'send', so the example cannot have one; remove the key");
-    // The other keys of the example cannot be checked then.
+    // Without valid bytes, the other keys of the example cannot be checked.
     if (!sent || !received) map_.AllowAll();
     map_.Finish();
     if (!sent || !received) return std::nullopt;
@@ -531,8 +531,8 @@ class ExampleCheck {
   Bound known_;
 };
 
-/// Sets the codes of unit fields: the unit in the first example is the only good code, unless
-/// `codes` list the texts of the field.
+/// Sets the codes of unit fields: the unit in the first example is the only good code. Does not
+/// change a field for which `codes` lists texts, or whose unit is sent to the device.
 void TakeUnits(const Example& example, Telegram& telegram) {
   const auto good = std::ranges::find(Meanings(), "good", &Meaning::word);
   for (const auto& [name, value] : example.values) {

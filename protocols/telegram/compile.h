@@ -11,13 +11,13 @@
 
 namespace baudgate::protocols::telegram {
 
-/// Reads a description. Its errors are reported to `problems`; it then has no telegrams.
+/// Reads a description. Errors are reported to `problems`; the result then has no telegrams.
 std::shared_ptr<const config::Description> Compile(const config::YamlNode& telegrams,
                                                    config::Problems& problems);
 
 /// Checks the examples of telegram `index`, and stores the good examples in the telegram. The
 /// pattern must give the sent bytes, and the received bytes must have the values that the example
-/// states. The rest of `description` must be complete.
+/// states. All telegrams of `description` must have been read.
 void CheckExamples(const std::vector<config::YamlNode>& examples, Description& description,
                    std::size_t index, config::Problems& problems);
 

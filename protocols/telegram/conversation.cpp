@@ -150,8 +150,8 @@ Listening::Listening(const Description& description, const Bound& bound,
   }
 }
 
-/// Returns true if the message is the awaited telegram, with any parameters. Records that it has
-/// come, or which parameter differs (Awaited::said).
+/// True if the message is the awaited telegram. Sets Awaited::came if its fields have the values in
+/// bound_, else Awaited::said, which names a field that differs.
 bool Listening::Take(Awaited& awaited, View message) const {
   for (const Form& form : description_.telegrams[awaited.telegram].receive) {
     const Match match = MatchAll(form, message, bound_);
@@ -241,7 +241,8 @@ constexpr Duration kUsualIdle = 500ms;  // this silence ends an incomplete unask
 constexpr Duration kLongestMessage = 5s;
 constexpr int kRefusals = 3;  // number of refusals in a row; a damaged answer can look like one
 
-/// Returns `settings` with an empty description if it has none; then nothing is sent to the device.
+/// Returns `settings`, with an empty description if they have none. Nothing is sent to a device
+/// with an empty description.
 Settings WithDescription(Settings settings) {
   if (!settings.description) settings.description = std::make_shared<const Description>("");
   return settings;
@@ -429,8 +430,8 @@ Answer TelegramConversation::ReadStep(std::size_t number, const Request& request
   return answer;
 }
 
-/// Records the fields of a finished step of the part `before`: they belong to the question of the
-/// next steps.
+/// Records the fields and bytes of a finished step of the part `before`, because the meaning of
+/// later answers depends on them, see Questions.
 void TelegramConversation::NoteTold(const Exchanges::Step& step, const Request& request) {
   const Telegram& telegram = TelegramOf(step.telegram);
   if (step.part != Exchanges::Step::Part::before) return;
@@ -472,8 +473,8 @@ Answer TelegramConversation::AfterStep(const Task& task, Answer answer, Instant 
   return answer;
 }
 
-/// Continues after the question for the device's name. If the name is wrong, only polls go on:
-/// nothing is written to the device.
+/// Continues after the request for the device's name. If the name is wrong, polls go on, but a
+/// write is refused.
 Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer, Instant now) {
   const bool goes_on = task.kind == Task::Kind::poll || !trouble();
   if (answer.outcome != Outcome::ok) identification_.OnNoName(now);
@@ -535,9 +536,8 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
   return plan_.OnSilent(task.query, now) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
-/// Repeats a read together with the telegrams that go before it. After a restart of the device, or
-/// if it selects a channel for one telegram only, the read alone could be answered for another
-/// channel.
+/// Repeats a read together with the telegrams that go before it. The read alone could be answered
+/// for another channel: the device may have restarted, or selects a channel for one telegram only.
 std::optional<Request> TelegramConversation::Instead(const Request& request, Outcome outcome,
                                                      Instant) {
   const bool hangs = !request.context.empty() && exchanges_.under_way();

@@ -22,24 +22,27 @@ namespace baudgate::protocols::telegram {
 
 class AnswerReader {
  public:
-  /// The field of an answer that each point reads; empty: the point is not read.
+  /// For each point: the field of an answer that it reads. Empty: the point is not read.
   using Places = std::vector<std::optional<ReadPlace>>;
 
-  /// `bound`: values for the fields that have the same value in all telegrams, such as the address.
-  /// `description` must outlive this object.
+  /// `bound`: values of the fields that all telegrams share, such as the address. `description`
+  /// must outlive this object.
   AnswerReader(const Description& description, const Bound& bound, const config::Device& device);
 
   const Places& places() const { return places_; }
 
-  /// Reads the answer to a telegram. `known`: values that the answer must repeat. `sent`: the
-  /// fields of the telegrams that were sent, see Questions.
+  /// Reads the answer to the telegram with this index. `known`: field values that the answer must
+  /// repeat. `sent`: the fields of this telegram and of the telegrams before it; they decide which
+  /// points get the values, see Questions.
   Answer Read(std::size_t telegram, const Bound& known, const Bound& sent, View frame) const;
-  /// Check and Interpret implement the functions of Conversation. Interpret also returns the fields
-  /// that no point reads. It has only `request`, not the telegrams sent before it, so it leaves out
-  /// points whose question depends on such a telegram. Example: "READ" after "CH2".
+  /// Check and Interpret implement the functions of Conversation with these names. Interpret also
+  /// returns the fields that no point reads. It does not know the telegrams that were sent before
+  /// `request`. So it leaves out points for which such a telegram matters. Example: "READ" after
+  /// "CH2".
   Outcome Check(View request, View frame) const;
   Answer Interpret(View request, View frame) const;
-  /// Reads a message that the device has sent unasked. `bound`: as in the constructor.
+  /// Reads a message that the device has sent unasked. `bound`: values that all telegrams share,
+  /// such as the address.
   Answer ReadUnasked(View message, const Bound& bound) const;
 
  private:
@@ -52,7 +55,7 @@ class AnswerReader {
 };
 
 // Records which unasked telegrams have come, and reports telegrams that points read but that never
-// came. Its memory is bounded.
+// came. It stores the beginnings of at most three messages that no point reads.
 class Listening {
  public:
   /// `description` and `bound` must outlive this object.
@@ -74,7 +77,7 @@ class Listening {
   const Description& description_;
   const Bound& bound_;
   std::vector<Awaited> awaited_;     // the unasked telegrams that points read
-  std::vector<std::string> others_;  // the beginnings of other messages that came
+  std::vector<std::string> others_;  // beginnings of messages that no point reads
 };
 
 // The telegrams of one task, which are sent one after the other: telegrams that go before, the main
@@ -105,9 +108,8 @@ class Exchanges {
   void Forget() { done_once_.clear(); }
   void Break() { at_ = steps_.size(); }
 
-  /// Sets the outcome of the exchange: the outcome of the main telegram, or the first failure. Only
-  /// the first call has an effect, because the answer to a closing telegram is not a result of the
-  /// main telegram.
+  /// Sets the outcome of the exchange: the outcome of the main telegram, or the first failure.
+  /// Later calls have no effect, because they come with the answers to closing telegrams.
   void EndAs(Outcome outcome, const std::string& reason) {
     if (outcome_ != Outcome::none) return;
     outcome_ = outcome;
@@ -168,7 +170,7 @@ class TelegramConversation final : public Conversation {
 
   const config::Device& device_;
   const Settings settings_;  // settings of the device; `description` is never null
-  const Bound bound_;        // values for the fields of every telegram of the device
+  const Bound bound_;        // values of the fields that all telegrams share, such as the address
   const AnswerReader reader_;
   Listening listening_;
   QueryPlan<Call> plan_;
@@ -178,10 +180,10 @@ class TelegramConversation final : public Conversation {
   ProbeChoice probes_;
 
   Exchanges exchanges_;
-  Bound filled_;   // values for the fields of the telegrams of this exchange
+  Bound filled_;   // field values for the telegrams of the present exchange
   Bytes context_;  // see Request::context
   Bound told_;     // the fields of the telegrams that were sent before the present step
-  // Quality of the device according to the answers to the telegrams before.
+  // Quality of the device's values according to the answers to the telegrams of the part `before`.
   Quality said_ = Quality::good;
   bool repeated_ = false;  // true: the whole exchange was repeated once
   bool goes_on_ = false;   // true: ask_again was returned, so the next Ask continues the exchange

@@ -41,12 +41,14 @@ struct Telegram {
   bool reads = false;   ///< true: the telegram changes nothing in the device
   bool repeat = false;  ///< true: the telegram is allowed to be repeated although `reads` is false
   bool listen = false;
-  /// True: the telegram goes before others and is sent only once, until a failure.
+  /// True: the telegram is sent before others, but only the first time; after a failure it is sent
+  /// once more.
   bool once = false;
   /// True: a field without a valid number means that the answer is damaged, so the telegram is
   /// repeated.
   bool strict = false;
-  std::vector<std::size_t> before{};  ///< indices of the telegrams that are sent before and behind
+  /// Indices of the telegrams that are sent before this telegram, and (`behind`) after it.
+  std::vector<std::size_t> before{};
   std::vector<std::size_t> behind{};
   Duration pause{};        ///< silence on the line before the telegram is sent
   Duration wait{};         ///< maximum time until the answer; zero: the device's reply time
@@ -54,13 +56,13 @@ struct Telegram {
   std::string identity{};  ///< name of the field that contains the name of the device
   std::vector<Example> examples{};
 
-  /// Returns the field for the value of a written point. Null: the telegram has no such field.
+  /// Returns the field {value}, which gets the value of a written point. Null: the telegram has no
+  /// such field.
   const Element* value_field() const { return send ? send->pattern.Find(kValue) : nullptr; }
   bool may_repeat() const { return reads || repeat; }
   /// Returns the example whose sent values agree best with `sent`; if none agrees, the first
   /// example.
   const Example& ExampleFor(const Bound& sent) const;
-  /// Returns the field with this name in an answer. Null: no answer has the field.
   const Element* FindField(std::string_view field) const;
 };
 
@@ -71,7 +73,6 @@ class Description final : public config::Description {
   std::vector<Telegram> telegrams;
   std::size_t most = 256;
 
-  /// Returns the index of a telegram. Empty: no telegram has this name.
   std::optional<std::size_t> Find(std::string_view name) const;
   bool listens() const;
 
@@ -100,8 +101,6 @@ Settings ReadSettings(const config::Options& options);
 Bound BoundOf(const Settings& settings, std::string_view address);
 /// Returns the address as a number if it is a number, else as a text.
 Value AddressValue(std::string_view address);
-
-// The options of a device: its description, and values for the fields of its telegrams.
 
 inline constexpr std::string_view kTelegramsOption = "telegrams";
 inline constexpr std::string_view kParametersOption = "parameters";

@@ -74,7 +74,7 @@ std::optional<int> PlacesOf(const Format& format, const Decimal& number) {
   const std::size_t used = before + 1 + (format.sign || number.is_negative() ? 1 : 0);
   if (format.width > used) return static_cast<int>(std::min<std::size_t>(format.width - used, 9));
   if (format.width > 0) return 1;
-  // At least one decimal, as in "12.0", and no more than needed.
+  // Without a width, the text has as many decimals as needed, at least one, as in "12.0".
   const std::string text = Abs(number).ToText();
   const auto point = text.find('.');
   return point == std::string::npos
@@ -113,7 +113,8 @@ Result<Bytes> EncodeDecimal(const Format& format, const Decimal& number, const V
   return Padded(format, (negative ? "-" : format.sign ? "+" : "") + digits, value);
 }
 
-/// Returns a number as a text such as "1.25e+01". It has all digits if the format has no precision.
+/// Returns a number as a text such as "1.25e+01". If the format has no precision, the text has as
+/// many digits as the number needs.
 std::string ScientificText(const Format& format, double number) {
   std::array<char, 48> buffer{};
   const auto [end, error] =

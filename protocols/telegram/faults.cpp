@@ -19,7 +19,7 @@ namespace {
 constexpr std::string_view kUnitBehind = "_unit";
 constexpr std::string_view kUnitInFront = "unit_";
 
-/// The letters of NMEA 0183 for units of speed, each with the unit of points.
+/// The letters by which NMEA 0183 names units of speed, each with the unit that points use.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kLettersOfUnits = {
     {{"N", "kn"}, {"K", "km/h"}, {"M", "m/s"}, {"S", "mph"}}};
 
@@ -35,8 +35,8 @@ std::string PlainText(std::string_view unit) {
   return text;
 }
 
-/// True if the units differ as milli and mega do, as "mPa" and "MPa". False for "mbar" and "MBAR",
-/// because a device may write capitals only.
+/// True if the units differ as milli and mega do, as in "mPa" and "MPa". False for "mbar" and
+/// "MBAR", which are the same unit: some devices write capitals only.
 bool AreMilliAndMega(std::string_view one, std::string_view other) {
   return one.size() > 1 && one.front() != other.front() && Lower(one).front() == 'm' &&
          one.substr(1) == other.substr(1);
@@ -52,7 +52,7 @@ bool IsNumberField(const Element& element) {
 const Element* NumberNextTo(const Pattern& pattern, std::size_t index) {
   const auto& elements = pattern.elements;
   for (const bool behind : {false, true}) {
-    // Wraps around for index 0, so that `place` is not an element.
+    // For index 0 the subtraction wraps around, and `place` is no element.
     std::size_t place = behind ? index + 1 : index - 1;
     const bool separates =
         place < elements.size() && !elements[place].is_field() &&
@@ -82,8 +82,8 @@ bool IsUnitOf(const Pattern& pattern, std::size_t index, std::string_view field)
   return alone || (next != nullptr && next->name == field);
 }
 
-/// Returns the texts of the field `unit` with which its number is good: the text that a parameter
-/// chooses, or else all good codes.
+/// Returns the texts of the field `unit` with which the number beside it is good: the text of the
+/// parameter if a parameter chooses the unit, else all texts with a good code.
 std::vector<std::string> GoodTexts(const Telegram& telegram, const std::string& unit,
                                    const Bound& bound) {
   const bool chosen = telegram.listen || (telegram.send && telegram.send->pattern.Has(unit));
@@ -116,7 +116,7 @@ std::string SayWrongUnit(const config::Point& point, const Telegram& telegram,
 
 /// Returns an error for a point that reads the number `field` of `telegram`, if the number is good
 /// only with other units than the point's unit. Empty: the units agree, or a `scale` or an `offset`
-/// converts the number. `bound`: address and parameters, also those of the point.
+/// converts the number. `bound`: the address, and the parameters of the device and of the point.
 std::string WrongUnit(const config::Point& point, const Telegram& telegram, const Element& field,
                       const Bound& bound) {
   if (point.unit.empty() || point.scale != 1 || point.offset != 0) return {};
@@ -160,7 +160,8 @@ using config::Access;
 using config::Point;
 using config::Type;
 
-/// True if the first digit of a number could be lost unnoticed, because nothing is in front of it.
+/// True if the loss of the first digit would go unnoticed: a number without sign and width begins
+/// the telegram, which has neither a size field nor a check value.
 bool IsUnguarded(const Form& form) {
   const Element& first = form.pattern.elements.front();
   return form.is_unmarked() && first.is_field() && first.format.is_text_number() &&
@@ -190,7 +191,8 @@ std::optional<std::uint64_t> MostOf(const ReadPlace& place, const Format& format
   return *bits >= 64 ? std::numeric_limits<std::uint64_t>::max() : (std::uint64_t{1} << *bits) - 1;
 }
 
-/// True if the point can contain `raw`, a number as on the line, before scale and offset.
+/// True if the point can contain `raw`, a number as in the telegram, after scale and offset are
+/// applied.
 bool Holds(const Point& point, std::uint64_t raw) {
   const Decimal number = Decimal(raw) * point.scale + point.offset;
   if (point.type == Type::boolean) return number == 0 || number == 1;
@@ -199,12 +201,13 @@ bool Holds(const Point& point, std::uint64_t raw) {
   return whole && config::RangeOf(point).Contains(*whole);
 }
 
-/// Returns the field beside elements[index]. Null: the field is a number, or more than a separator
-/// is between them.
+/// Returns the field in front of elements[index] or, with `behind`, after it; a separator may be
+/// between them. Null: there is no such field, or it is a number.
 const Element* Beside(const Pattern& pattern, std::size_t index, bool behind) {
   const auto at = [&](std::size_t steps) -> const Element* {
     const std::size_t place =
-        behind ? index + steps : index - steps;  // wraps around before the first element
+        // Below 0 the index wraps around, and `place` is no element.
+        behind ? index + steps : index - steps;
     return place < pattern.elements.size() ? &pattern.elements[place] : nullptr;
   };
   const Element* next = at(1);
@@ -504,8 +507,8 @@ class FaultFinder {
     }
   }
 
-  /// Checks that a telegram with 'once' has no parameter of a single point, because it is sent only
-  /// once for all points.
+  /// Checks that a call has no parameter for the telegram `once`, which is sent only once for all
+  /// points.
   void CheckOnce(const Telegram& telegram, const Telegram& once, const Call& call) {
     for (const auto& [name, text] : call.parameters) {
       if (!once.send || !once.send->pattern.Has(name)) continue;

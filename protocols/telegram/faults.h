@@ -19,11 +19,12 @@ bool IsUnit(std::string_view name);
 
 /// True if `text`, the unit that comes with a number, is the unit of a point. Blanks and letter
 /// case do not matter ("KG", "kg"), except for milli and mega ("mPa" is not "MPa"). "C" and "F" are
-/// degrees ("°C", "degC"); the letters of NMEA 0183 are "kn", "km/h", "m/s" and "mph".
+/// degrees ("°C", "degC"); the letters N, K, M and S of NMEA 0183 are "kn", "km/h", "m/s" and
+/// "mph".
 bool IsSameUnit(std::string_view text, std::string_view unit);
 
-// Returns warnings for settings that are hardly intended, because values would be wrong or bad
-// without a message.
+// Returns warnings for settings that are probably mistakes: values would be wrong or bad, and
+// nothing else would tell the reason.
 
 std::vector<ConfigRemark> DoubtsOf(const config::Device& device);
 

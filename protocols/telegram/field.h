@@ -1,6 +1,6 @@
-// Decodes and encodes one field. `Format` describes how a field is written, and `Meaning` is the
-// meaning of a code, a text or number that is not a measurement. A field that is not entirely a
-// valid number gives no number.
+// Decodes and encodes one field of a telegram. `Format` describes how the field is written.
+// `Meaning` is the meaning of a code, which is a text or number in the place of a measurement. A
+// field that is not entirely a valid number gives no number.
 #pragma once
 
 #include <cstdint>
@@ -26,12 +26,12 @@ struct Format {
     scientific,  ///< "1.25E+01"
     integer,     ///< "12"
     hex,         ///< "0C"
-    character,   ///< one character
-    word,        ///< characters without blanks
-    text,        ///< characters with blanks
-    bytes,       ///< any bytes, which are skipped
-    byte,        ///< one byte, whose meaning only codes define
-    uint,        ///< binary, unsigned, `width` bytes
+    character,
+    word,   ///< characters without blanks
+    text,   ///< characters, blanks among them
+    bytes,  ///< any bytes, which are skipped
+    byte,   ///< one byte, whose meaning only codes define
+    uint,   ///< binary, unsigned, `width` bytes
     sint,
     real,
     bcd,  ///< two digits per byte
@@ -45,7 +45,7 @@ struct Format {
   bool lower = false;   ///< true: hex digits in lower case
   bool little = false;  ///< true: binary with the low byte first
 
-  /// True if the field is written in characters, not in bytes.
+  /// True if the field contains characters; false if it contains binary data.
   bool is_text() const { return kind < Kind::bytes; }
   bool is_binary() const { return kind >= Kind::uint; }
   bool is_text_number() const { return kind <= Kind::hex; }
@@ -56,7 +56,7 @@ struct Format {
   bool is_signed_token() const {
     return sign && (kind == Kind::decimal || kind == Kind::integer || kind == Kind::scientific);
   }
-  /// Returns the number of bits of a whole number. Empty: the number of bits is unknown.
+  /// Returns how many bits a whole number in this field has. Empty: the number of bits is unknown.
   std::optional<unsigned> bits() const;
   bool is_fixed() const { return width != 0 && !is_signed_token(); }
 

@@ -84,7 +84,7 @@ std::optional<SizeField> ReadSizeAt(const YamlNode& node, Problems& problems) {
   return std::nullopt;
 }
 
-/// Returns the nodes of a list; if the node is not a list, the node itself.
+/// Returns the entries of a list; if the node is not a list, it is the only entry.
 std::vector<YamlNode> OneOrMore(const YamlNode& node, const std::string& what, Problems& problems) {
   if (node.kind() != YamlNode::Kind::list) return {node};
   return config::ReadList(node, what, kMostForms, problems);
@@ -272,8 +272,8 @@ class FormReader {
     return "0" + std::to_string(2 * kind.bytes) + "X";
   }
 
-  /// True if the form lacks the field for the check value. An answer of repeated fields and fixed
-  /// bytes ("ACK") needs no check value.
+  /// True if the form lacks a field for the check value, but needs it. An answer that consists only
+  /// of fixed bytes ("ACK") and of fields of the request needs no check value.
   bool NeedsSum(const Form& form) const {
     if (framing_.checksum.kind == nullptr || !framing_.answers_have_it) return false;
     if (form.pattern.Has(kChecksum)) return false;

@@ -11,7 +11,7 @@
 
 namespace baudgate::protocols::telegram {
 
-/// Settings of `all:`, which the keys of a telegram can override.
+/// The keys of the entry `all:` of a description. Keys of a single telegram override them.
 struct Framing {
   Bytes ends{};
   Checksum checksum{};

@@ -33,12 +33,14 @@ class Identification {
     return telegram_ && (!asked_ || trouble_ || nameless_.IsDue(now));
   }
   void OnReply(const Reply& reply);
-  /// Call it if the question got no answer with a name. Many devices do not support the question.
+  /// Call it if the request for the name got no answer with a name. Many devices do not support
+  /// this request.
   void OnNoName(Instant now) {
     asked_ = true;
     nameless_.OnRefused(now);
   }
-  /// Call it if a request got no answer: a device that has given its name is asked for it again.
+  /// Call it if a request got no answer: a device that has given its name is asked for its name
+  /// again.
   void OnLost() { asked_ = asked_ && !named_; }
   void OnReconnect();
 
@@ -50,8 +52,8 @@ class Identification {
   const std::optional<std::size_t> telegram_;
   bool asked_ = false;
   bool named_ = false;  // true: the device has given its name since OnReconnect
-  // The time when a device that gave no name is asked again. The first interval is long, because
-  // many devices ignore the question, which costs a reply time and its retries.
+  // The time when a device that gave no name is asked for its name again. The first interval is
+  // long, because many devices ignore this request, which costs a reply time and its retries.
   TryAgain nameless_{10min};
   DeviceTrouble trouble_;
 };

@@ -117,8 +117,8 @@ class Walk {
     return Step::taken;
   }
 
-  /// Takes a field that ends where the elements behind it begin. This is possible if the size of
-  /// the telegram and the sizes of these elements are known.
+  /// Takes a field without a width: it ends where the elements behind it begin. This is possible if
+  /// the size of the telegram is known and the elements behind the field have fixed sizes.
   Step TakeKnownRest(std::size_t index, const Format& format) {
     if (whole_ == kNoSize) return Step::none;
     std::size_t behind = 0;
@@ -131,8 +131,8 @@ class Walk {
     return TakeFixed(format, whole_ - at_ - behind);
   }
 
-  /// Takes a number that begins with a sign: "+025.12" of "+025.12-020.45". Takes blanks of the
-  /// field's width as well.
+  /// Takes a number that begins with a sign: "+025.12" of "+025.12-020.45". In place of the number,
+  /// blanks in the width of the field are taken.
   Step TakeSigned(std::size_t index, const Format& format) {
     if (at_ >= held_.size()) return Short();
     if (held_[at_] == ' ' && format.width > 0) return TakeBlanks(format.width);
@@ -280,8 +280,8 @@ bool IsOther(const Form& form, const Match& match, const Bound& known) {
   return false;
 }
 
-/// Returns the result for a telegram with an invalid size: no match. `began` does not depend on how
-/// the bytes were split into pieces.
+/// Returns the result for a telegram with an invalid size: need_more until the fixed bytes at the
+/// beginning have come, then no match. So `began` does not depend on how the bytes were split.
 Match BadSize(const Form& form, View held, bool idle) {
   Match match;
   const Bytes& front = form.pattern.elements.front().literal;

@@ -53,22 +53,23 @@ struct Form {
   std::optional<SizeField> size_at;
   bool is_answer = false;  ///< true: the telegram is an answer to a telegram that was sent
 
-  /// True for an answer that begins with fixed bytes, has at most two of them, and has no check
-  /// value, as the one byte ACK: many damaged telegrams contain these bytes.
+  /// True for an answer without a check value that begins with fixed bytes and has at most two of
+  /// them, such as the byte ACK: many damaged telegrams contain these bytes.
   bool is_scant() const {
     constexpr std::size_t kFewBytes = 2;
     return is_answer && checksum.kind == nullptr && !pattern.elements.front().is_field() &&
            pattern.literal_size() <= kFewBytes;
   }
   /// True if a telegram of this form could be found inside another, damaged telegram, because the
-  /// form has no check value, and begins with a field or is scant. A telegram of such a form is
-  /// accepted only at the beginning of the received bytes (rules.cpp), and has at most half of the
-  /// longest size.
+  /// form has no check value, and begins with a field or is scant. A telegram of this form is
+  /// accepted only at the beginning of the received bytes (protocols/telegram/rules.cpp), and only
+  /// up to half of the longest size.
   bool is_unmarked() const {
     return (checksum.kind == nullptr && pattern.elements.front().is_field()) || is_scant();
   }
-  /// True if no fixed bytes end an unmarked telegram, so only silence ends it. Bytes that follow
-  /// without a pause then show that the bytes of the telegram are shifted.
+  /// True if no fixed bytes end an unmarked telegram, so only silence ends it. If bytes follow
+  /// without a pause, bytes were lost, and those in the place of the telegram belong to another
+  /// one.
   bool ends_with_silence() const { return is_unmarked() && pattern.elements.back().is_field(); }
 };
 
@@ -90,7 +91,8 @@ struct Match {
 };
 
 /// Matches the bytes at the front of `held`. `idle`: true if no more bytes follow. `most`: the
-/// length of the longest telegram.
+/// length of the longest telegram. `known`: values that fields must have; other values set
+/// Match::other.
 Match MatchFront(const Form& form, View held, bool idle, std::size_t most, const Bound& known);
 /// Matches all of `bytes`; no match if bytes are left over.
 Match MatchAll(const Form& form, View bytes, const Bound& known);

@@ -136,7 +136,7 @@ class PatternParser {
       if (element.is_fixed()) continue;
       const bool last = index + 1 == pattern_.elements.size();
       if (element.format.kind == Format::Kind::bytes) {
-        // The size of this field follows from the size of the telegram.
+        // The width of this field follows from the size of the telegram.
         if (std::exchange(open, true)) return Fail(at, "only one field can be without a width");
         continue;
       }

@@ -17,8 +17,8 @@
 
 namespace baudgate::protocols::telegram {
 
-/// A signed number field without a point contains a code. The code can be up to this many
-/// characters shorter than the field.
+/// A signed number field can contain a code, which has no decimal point. The code can be up to this
+/// many characters shorter than the field.
 inline constexpr std::size_t kShorterCode = 2;
 
 inline constexpr std::string_view kAddress = "address";
@@ -42,14 +42,14 @@ struct Pattern {
   /// True: a field occurs twice, and must have the same bytes in both places.
   bool has_repeats = false;
 
-  /// Returns the field with this name. Null: the pattern has no such field.
   const Element* Find(std::string_view name) const;
   bool Has(std::string_view name) const { return Find(name) != nullptr; }
   std::size_t least_size() const;
   /// Returns the size of the telegram. Empty: the size depends on the content.
   std::optional<std::size_t> size() const;
-  /// Returns the smallest and the largest size of a telegram with regular content. The largest size
-  /// is empty if a field has no limit.
+  /// Returns the smallest and the largest size of a telegram. A signed number can be a shorter code
+  /// (kShorterCode). Fields without a width count as empty in the smallest size; the largest is
+  /// then unknown.
   std::pair<std::size_t, std::optional<std::size_t>> usual_sizes() const;
   /// How the end of a text field without a width is found: the next fixed characters (`literal`),
   /// and how many characters of other fields are in front of them (`between`). Example: "\r" and 2

@@ -34,8 +34,8 @@ bool BeginsWithSign(View behind) {
   return behind.empty() || !IsNumberCharacter(behind.front());
 }
 
-/// True if the text beside a number belongs to the number, so the number was cut. Other numbers and
-/// fixed characters of the pattern are ignored.
+/// True if text beside a number belongs to the number, so that the number is incomplete. Only text
+/// fields beside the number are examined.
 bool IsTorn(const Form& form, const Match& match, std::size_t index) {
   const auto& elements = form.pattern.elements;
   const auto speaks = [&](std::size_t i) {
@@ -59,8 +59,8 @@ bool IsTorn(const Form& form, const Match& match, std::size_t index) {
   return false;
 }
 
-/// True if the content is neither a code nor a number of the field, because its length is wrong.
-/// Example: "+1234567" or "+12" in a field of seven characters.
+/// True if the length of the content fits neither a number nor a code of this field. Example:
+/// "+1234567" or "+12" in a field of seven characters.
 bool HasWrongWidth(const Format& format, View part) {
   if (!format.is_signed_token() || format.width == 0) return false;
   const bool point = std::ranges::find(part, '.') != part.end();
@@ -176,7 +176,7 @@ class Interpreter {
     const bool wrong_width = HasWrongWidth(element.format, part);
     const bool torn = element.format.is_text_number() && IsTorn(form_, match_, index);
     if (HasValue(value) && !wrong_width && !torn) return {value, Quality::good};
-    // An unknown code is valid information of the device, not damage, so the answer is accepted.
+    // An unknown code is information from the device, not damage, so the answer is accepted.
     const bool unknown_code = element.format.is_signed_token() && element.format.point &&
                               !wrong_width && std::ranges::find(part, '.') == part.end() &&
                               std::ranges::find(part, ' ') == part.end();

@@ -16,8 +16,6 @@
 
 namespace baudgate::protocols::telegram {
 
-// The content of one field of an answer.
-
 struct SaidField {
   Decoded decoded{};
   std::string text{};
@@ -49,13 +47,15 @@ struct Call {
   bool operator==(const Call&) const = default;
 };
 
-/// Decides which calls of a device have caused a telegram, by all bytes that are sent for a call.
-/// Example: telegram `sel`, 'CH{n}', goes before `val`. Then "CH2" followed by "READ" is the
-/// question of val(n=2); "READ" alone is the question of neither val(n=1) nor val(n=2).
+/// Decides for which calls a telegram was sent. A Call is a telegram with parameters, as points
+/// name it in `read` and `write`. All telegrams that are sent for a call decide. Example: telegram
+/// `sel`, 'CH{n}', goes before `val`. Then "CH2" followed by "READ" is sent for val(n=2); "READ"
+/// alone is sent for neither val(n=1) nor val(n=2).
 class Questions {
  public:
   Questions() = default;
-  /// `calls`: an empty entry is never asked. `bound`: values for the fields of every telegram.
+  /// `calls`: an empty entry stands for a point without a call. `bound`: values that all telegrams
+  /// share.
   Questions(const Description& description, const Bound& bound,
             const std::vector<std::optional<Call>>& calls);
 
@@ -68,7 +68,7 @@ class Questions {
  private:
   struct Question {
     std::size_t telegram = 0;
-    Bound fields{};  ///< the fields by which the calls of the device differ
+    Bound fields{};  ///< values of the fields that tell this call from others of the device
   };
   std::vector<std::optional<Question>> questions_;  // index: call
   std::multimap<std::size_t, std::size_t> calls_;   // key: telegram; value: index in questions_

@@ -149,16 +149,16 @@ Cut DropLine(View held, const Awaited& awaited, std::size_t most, bool idle) {
   const bool has_lines = std::ranges::none_of(awaited.forms, [](const Form* form) {
     return form->is_scant() || (form->is_unmarked() && form->pattern.elements.back().is_field());
   });
-  // Not more than `most` bytes are examined, as if the bytes came one by one, so the result does
-  // not depend on how they were split.
+  // Only the first `most` bytes are examined, so that the result does not depend on how the bytes
+  // were split: if they came one by one, there would never be more.
   const View near = held.first(std::min(held.size(), most));
   const auto end = has_lines ? EndOfLine(near, awaited) : std::nullopt;
   const auto drop = [&](std::size_t size, Outcome blame, std::string_view why) {
     return Cut::Discard(size, AllHarmless(held.first(size)) ? Outcome::none : blame, why);
   };
   if (end) return drop(*end, Outcome::corrupt, "not as described");
-  // Lines: only one byte is dropped. The rest is still longer than any unmarked telegram, so the
-  // end of this line is not taken for a telegram.
+  // If lines come, only one byte is dropped. The rest is still longer than any unmarked telegram,
+  // so the end of this line is not taken for a telegram.
   if (held.size() >= most) return drop(has_lines ? 1 : most, Outcome::corrupt, "too long");
   if (idle) return drop(held.size(), Outcome::partial, "stopped mid-frame");
   return Cut::NeedMore();
@@ -195,8 +195,8 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle) {
   }
   if (other != 0) return cut::OfAnother(other);
   if (unmarked) {
-    // In front of a fixed byte, the noise of a line driver that is switched on can be dropped
-    // without harm.
+    // No telegram begins with a noise byte of a line driver if all forms begin with fixed bytes, so
+    // this byte is dropped alone.
     if (begins_fixed && cut::IsHarmless(held[0], "\r\n"))
       return Cut::Discard(1, Outcome::none, "noise of a driver");
     return DropLine(held, *awaited, expect.max_bytes, idle);
@@ -266,7 +266,7 @@ std::string Written(const Checksum& sum, bool range) {
 }
 
 /// Finds how the received check value was computed: by another known algorithm over the same bytes,
-/// or by any known algorithm over other bytes.
+/// or by any known algorithm over other bytes (none or one left out at either end).
 std::optional<Checksum> FindFit(const Checksum& own, const Said& said) {
   for (const auto& [skip, leave] : RangesBeside(own)) {
     Checksum sum{own.kind, skip, leave};
@@ -311,7 +311,8 @@ std::optional<Recognised> OtherChecksum(const Form& form, const Match& match) {
 
 namespace {
 
-/// Texts with fewer characters than these are not reported as lines.
+/// A line of text is explained only if it has at least this many characters: after a request, or
+/// unasked.
 constexpr std::size_t kShortest = 2;
 constexpr std::size_t kShortestUnasked = 8;
 constexpr std::size_t kQuoted = 24;
@@ -363,7 +364,6 @@ bool HasMarkedSum(const Form& form) {
   return sum != elements.begin() && sum != elements.end() && !std::prev(sum)->is_field();
 }
 
-/// True if the line is a whole telegram of this form, and its numbers are valid.
 bool IsRight(const Form& form, View line, const Bound& known) {
   const Match match = MatchAll(form, line, known);
   return match.kind == Match::Kind::whole && HasNumbers(form, match);
@@ -376,8 +376,8 @@ bool LacksSum(const Form& form, View line, const Bound& known) {
   });
 }
 
-/// Returns a unit behind the number at the end of the line, such as "VDC", if the line is right
-/// without the unit.
+/// Returns the unit behind the number at the end of the line, such as "VDC". Empty: there is no
+/// unit, or the line without the unit does not fit the form.
 std::string UnitBehind(const Form& form, View line, const Bound& known) {
   constexpr std::string_view kUnits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz%/";
   const std::string_view text = AsText(line);

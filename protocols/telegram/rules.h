@@ -34,10 +34,9 @@ extern const TelegramRule kAskRule;
 /// wrong. Empty: the text in its place is not a check value.
 std::optional<Recognised> OtherChecksum(const Form& form, const Match& match);
 
-// Explains a text that came in place of an answer, for `baudgate status`: an answer without its
-// check value, without its sign, with fewer numbers, or of another form.
-
-/// `request`: the request before the text; empty: `heard` came unasked.
+/// Explains `heard`, a text in place of an answer to `request`, for `baudgate status`: it lacks the
+/// check value or the sign, has a unit or fewer numbers, or has another form. An empty `request`
+/// means that `heard` came unasked.
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 
 }  // namespace baudgate::protocols::telegram

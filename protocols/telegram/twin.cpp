@@ -23,7 +23,7 @@ std::optional<Bytes> CodeFor(const Telegram& telegram, const Element& field, Rea
   return std::nullopt;
 }
 
-/// Returns a value of the field other than `text`: another of its codes, a good one if possible.
+/// Returns a value of the field that is not `text`: another of its codes, preferably a good one.
 Value OtherThan(const Telegram& telegram, const Element& field, const std::string& text) {
   Value other;
   if (const auto codes = telegram.codes.find(field.name); codes != telegram.codes.end()) {

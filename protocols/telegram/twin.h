@@ -36,7 +36,8 @@ class TelegramTwin final : public Twin {
   std::optional<Value> reply_as_;
   std::vector<std::optional<ReadPlace>> reads_;  // index: point
   std::vector<std::optional<Call>> writes_;
-  Questions read_;  // the questions for reads and for writes; index: point
+  // The calls in the `read` of points, and (written_) in their `write`; index: point.
+  Questions read_;
   Questions written_;
   std::map<std::size_t, Bound> told_;  // for each telegram: its fields when it was sent last
   // Unasked messages that are not sent yet; Say sends them.
