@@ -108,10 +108,12 @@ class JobRunner final : private LineClient {
   enum class Turn : std::uint8_t {
     send,  ///< the request is to be sent now: call Start
     wait,  ///< the line stays idle until no late reply can come
-    next,  ///< the job has ended or is parked, or has a new request: call TakeTurn again
+    /// The job has ended or is parked, or has a new request. If there is no job, choose one; then
+    /// call TakeTurn again.
+    next,
   };
-  /// ^The job has ended or is parked, or has a new request. If there is no job, choose one; then
-  /// call TakeTurn again.
+  /// Decides whether the request of the present job is sent now. Call only with a job, while the
+  /// line is idle.
   Turn TakeTurn();
   /// Gives the request to the line. `idle_since`: the line has been idle since then.
   void Start(Instant idle_since);
