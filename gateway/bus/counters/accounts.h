@@ -46,7 +46,8 @@ class DeviceAccounts final : public ExchangeObserver {
   /// A reading was suspicious, so it is accepted only if a second reading agrees.
   void OnRecheck(const Member& member);
   void OnUnconfirmed(const Member& member);
-  /// A late reply came. `patience`: how much longer than its reply time the member is waited for.
+  /// A late reply came. `patience`: for how much longer than its reply time the line waits for the
+  /// member.
   void OnLate(const Member& member, Duration lateness, Duration patience);
   void OnSecondReply(const Member& member);
 
@@ -68,9 +69,10 @@ class DeviceAccounts final : public ExchangeObserver {
   struct Entry {
     Duration busy{};     // line time that this device has taken
     Duration counted{};  // part of `busy` that the status contains already
-    Duration drained{};  // line time of the silence after the device's last exchange
-    Instant heard{};     // end of the last exchange with the device, or when the port was opened
-    bool out = false;    // the device's last task has failed
+    // Line time of the silence that the line kept after the device's last exchange.
+    Duration drained{};
+    Instant heard{};   // end of the last exchange with the device, or when the port was opened
+    bool out = false;  // the last task has failed, and no exchange was answered since
     std::uint32_t missed = 0;  // skipped poll periods so far (Schedule::Missed)
     Duration patience{};       // DeviceStatus::patience as last published
     std::uint32_t behind = 0;  // DeviceStatus::behind as last published

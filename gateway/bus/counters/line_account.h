@@ -61,7 +61,7 @@ class LineMinute {
     Begin(now);
   }
   void OnClosed() { full_ = Use{}; }
-  /// Call after the time up to `now` has been reported (OnExchangeTime, OnDrained).
+  /// Call after OnExchangeTime or OnDrained was called for the time up to `now`.
   void OnTime(Instant now) {
     if (now - began_ < kMinute) return;
     full_ = UseAt(now);

@@ -84,7 +84,7 @@ class DeviceHealth {
 
  private:
   std::uint32_t failures_ = 0;  // one bit per exchange, 1: it failed; the latest is bit 0
-  int refusals_ = 0;            // exchanges in a row that were refused
+  int refusals_ = 0;
   int failed_tasks_ = 0;
   Instant failing_since_{};
   bool seen_ = false;

@@ -7,7 +7,7 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Outages are frequent if a device had at least kFlapping in the last kFlappingMinutes.
+/// Outages are frequent if a device had at least kFlapping of them in the last kFlappingMinutes.
 constexpr std::uint32_t kFlapping = 3;
 constexpr std::size_t kFlappingMinutes = 5;
 

@@ -99,7 +99,6 @@ class EventSink {
   /// The device has no unsaved events from before `asked`: see PollerListener::OnDrained.
   virtual void OnDrained(std::uint32_t device, Instant asked) = 0;
   virtual void OnNews(const config::Line& line, const News& news, Now at) = 0;
-  /// These points of the device were read: see PollerListener::OnRead.
   virtual void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) = 0;
 };
 

@@ -149,7 +149,7 @@ class ByMember {
     if (entries_.size() <= place) entries_.resize(place + 1);
   }
 
-  mutable std::deque<Entry> entries_;  // index: place of the member in the roster
+  mutable std::deque<Entry> entries_;
 };
 
 }  // namespace baudgate::bus

@@ -148,12 +148,13 @@ class UnaskedReceiver {
 
   const protocols::Standing& what_;
   protocols::Assembler assembler_;
-  /// True if the next byte begins a message, or if messages are recognised by a marked beginning.
+  /// True if the next byte begins a message, or if messages have a marked beginning
+  /// (Standing::marked).
   bool aligned_ = true;
   bool damaged_ = false;
   Instant torn_until_{};  // until then, bytes may be the rest of a message that broke off
-  Instant began_{};       // when the present message began
-  Instant last_byte_{};   // when the last byte came, or the port opened
+  Instant began_{};
+  Instant last_byte_{};  // when the last byte came, or the port opened
 };
 
 /// The times of an exchange with one device, and the time of one character. docs/timeouts.md has
@@ -299,7 +300,7 @@ class Line {
   Instant deadline_{};
   Instant limit_{};          // when quiet or drain ends at the latest; in receiving: the ceiling
   Instant last_activity_{};  // last byte in or out
-  Instant ended_{};          // end of the last exchange
+  Instant ended_{};
   std::optional<UnaskedReceiver> unasked_;  // empty: no device of the line sends unasked
   Exchange exchange_;
   Transmission transmission_;
@@ -315,8 +316,8 @@ class Line {
 // gateway/lines/telegram_queue.cpp all bytes of a telegram by hand,
 // gateway/bus/devices/device_states.cpp the states.
 
-/// The number of a slave that only transparent routes reach, and which is not in the point store:
-/// this constant plus its address.
+/// A slave that only transparent routes reach is not in the point store. Its number is this
+/// constant plus its address.
 inline constexpr std::uint32_t kFirstSlave = 0x8000'0000;
 inline std::string SlaveName(std::uint32_t device) {
   return "slave-" + std::to_string(device - kFirstSlave);

@@ -63,7 +63,8 @@ class DeviceTracker {
   void OnHeard(Device& device, Instant now);
   /// The conversation of the device has received its saved memory after a restart.
   void OnRecalled(Device& device);
-  /// Handles bytes that belong to no exchange. The result can contain a warning for the user.
+  /// Handles bytes that belong to no exchange, such as a late reply. The result can contain a
+  /// warning for the user.
   LateReplies::StrayEffects ApplyStray(const StrayBytes& stray, Instant now);
   void OnSecondReply(Instant now);
   /// Makes these points uncertain until they are read again.

@@ -130,9 +130,9 @@ NextStep Job::BreakOff(const Withheld& withheld, Instant now) {
   return NextStep::Finish(Outcome::no_reply, withheld.why);
 }
 
-/// True if the job is parked while a late reply of its device may come, so that the line can do
-/// other work. Only reads are parked, only if replies carry addresses, and only if no similar job
-/// is parked.
+/// True if the job is to be parked (ParkedJobs) while a late reply of its device may come, so that
+/// the line can do other work. Only reads are parked, only if replies carry addresses, and only if
+/// no similar job is parked.
 bool Job::WaitsBesideLine(const LineContext& line) const {
   const bool reads = task.kind == protocols::Task::Kind::poll ||
                      task.kind == protocols::Task::Kind::events ||

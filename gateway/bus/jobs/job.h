@@ -210,7 +210,7 @@ class Job {
   ///   is not a read, and a late reply may come        the line waits
   ///
   NextStep Depart(LineContext& line, Instant now);
-  /// After Depart has returned `hold`: returns when Depart is to be called again.
+  /// Returns when Depart is to be called again after it has returned `hold`.
   std::optional<Instant> DepartsAt(const LineContext& line) const;
   /// Returns the exchange for the line. `idle_since`: the line has been idle since then.
   Exchange Start(LineContext& line, Instant idle_since, Instant now);

@@ -102,7 +102,7 @@ Comparison Compare(const config::Point& point, const PointWrite& write, const Va
 
 struct ReadBackVerdict {
   WriteResult result;
-  bool lost = false;  ///< a point that can be read was not read with a good value after the write
+  bool lost = false;  ///< a readable point was not read with a good value after the write
 };
 /// Compares the points of a confirmed command with the values in `record` that were read after the
 /// write. If a point has not been read since, the result is `ok` but not `read_back`.

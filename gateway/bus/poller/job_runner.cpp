@@ -61,7 +61,7 @@ void JobRunner::Receive(View bytes) {
 }
 
 void JobRunner::OnTimer() {
-  Withdraw();  // the program may have been stopped meanwhile, so the request may be too late
+  Withdraw();  // before the line can send a request that is too late by now
   Apply(line_.OnTimer(now_.instant));
 }
 

@@ -171,7 +171,6 @@ bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
   return 10 * count >= 9 * evidence.seen;
 }
 
-/// Returns the hex values of these special bytes, such as "11 and 13".
 std::string NamesOf(unsigned specials) {
   std::string names;
   for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {

@@ -96,7 +96,7 @@ std::string NotAnswered(const Evidence& evidence) {
 Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (record.status.unasked) return {};
   const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
-  // If requests got answers that did not fit, or a refusal, the device is not silent.
+  // The device is not silent if a request got a refusal or an answer that does not fit.
   const auto was = [&](Symptom symptom) {
     return record.status.findings.Last(symptom).symptom == symptom;
   };

@@ -415,8 +415,8 @@ bool AreShifted(const std::vector<Float>& numbers) {
   return any;
 }
 
-/// Returns why an integer cannot be a measurement; empty: it can be a measurement. `small`: other
-/// numbers are small.
+/// Returns why an integer cannot be a measurement; empty: it can be a measurement. `small`: the
+/// other numbers of the device are small (kSmall).
 std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   using enum config::Type;
   const bool is_signed = point.type == int16 || point.type == int32;

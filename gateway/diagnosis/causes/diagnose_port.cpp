@@ -26,8 +26,8 @@ constexpr Duration kRestart = 10s;
 /// A port that was closed for less than this time will probably open soon.
 constexpr Duration kMoment = 15s;
 
-/// Returns the finding about a service that answers in place of a device; null: there is no such
-/// finding.
+/// Returns the finding that another service, such as a web server, answers in place of a device;
+/// null: there is no such finding.
 const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   for (const bus::DeviceRecord& one : devices) {
     for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {

@@ -66,8 +66,8 @@ struct Coincidences {
 };
 Coincidences CoincidencesOf(const bus::FailureRuns& one, const bus::FailureRuns& other);
 
-/// Returns the time between regular outages that several devices share, at the same time or one
-/// after the other; an outage can be as short as one request. Nothing: there are no such outages.
+/// Returns the period of regular outages that several devices share, at the same time or one after
+/// the other. An outage can be as short as one request. Nothing: there are no such outages.
 std::optional<Duration> SharedPeriod(std::span<const bus::FailureRuns* const> devices);
 /// True if the device is silent now, was silent at least twice before, and is not silent for more
 /// than twice its longest silence before.
@@ -133,7 +133,6 @@ struct Evidence {
 /// long as the result.
 Evidence Gather(const bus::LineStatus& status, const bus::DeviceRecord& device,
                 std::span<const bus::DeviceRecord> all, Now now);
-/// Returns the evidence about all absent devices of the line together.
 Evidence GatherAbsent(const bus::LineStatus& status, std::span<const bus::DeviceRecord> all,
                       Now now);
 

@@ -225,12 +225,14 @@ double TooFast(const Evidence& evidence) {
 
 /// Cause: the device falls asleep: only requests after a rest of the line get no answer.
 double Asleep(const Evidence& evidence) {
-  // The line also rests while neighbours do not answer, so the rest proves nothing then.
+  // The line is also silent while neighbours do not answer, so a silence before the request proves
+  // nothing then.
   if (evidence.device == nullptr || evidence.absent || !evidence.away.empty()) return 0;
   if (!evidence.losing.empty()) return 0;
   if (evidence.looked - evidence.failed < kMany || evidence.Count(silence) < kSilences) return 0;
   const bus::Findings& findings = evidence.device->status.findings;
-  if (findings.LongestRun() > kFacts) return 0;  // a retry would wake the device
+  // A request would wake the device, so a retry is answered.
+  if (findings.LongestRun() > kFacts) return 0;
   return findings.LongRest() >= kShortestSleep ? evidence.Share({silence}) : 0;
 }
 

@@ -27,7 +27,6 @@ std::optional<Finding> DecimalComma(const Hearing& hearing, View heard);
 /// Recognises that each byte came twice, whatever the bytes mean.
 std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard);
 
-/// True if `heard` contains a complete reply.
 bool IsWhole(const Hearing& hearing, View heard);
 /// True for printable ASCII characters and for CR, LF and tab.
 bool IsPrintable(std::uint8_t byte);

@@ -39,7 +39,6 @@ std::optional<Duration> BrokenReply::FindRest(const HeardExchange& exchange) con
   return std::nullopt;
 }
 
-/// True if `rest` completes the stored bytes to a reply.
 bool BrokenReply::IsRest(View rest, Instant came) const {
   // A Modbus TCP reply has no rest: it comes complete, or its header contains the missing length.
   if (rest.empty() || member_->protocol->tcp || came - last_ > kLatest) return false;
@@ -295,7 +294,7 @@ Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const O
 Finding EarlierReplies::AttributeToAnother(const HeardExchange& exchange, Open& whose,
                                            const Came& came, Finding finding) {
   const bool answered = IsAnswered(finding.symptom);
-  // Another master may have asked this device: then a reply with its address is not a second reply.
+  // Another master may have asked this device. A reply with its address is then no second reply.
   if (!came.late && came.early && finding.symptom == Symptom::other_device &&
       whose.member->device != nullptr) {
     finding.symptom = Symptom::one_behind;

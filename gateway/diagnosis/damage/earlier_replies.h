@@ -120,7 +120,7 @@ class NumberedRequests {
     Bytes request;
     std::vector<Instant> tries;
     Duration reply_time{};
-    std::size_t answered = 0;  // number of tries that were answered
+    std::size_t answered = 0;
   };
   /// Returns the index of the request whose number is in this frame; sent_.size(): there is no such
   /// request.
@@ -190,7 +190,7 @@ class EarlierReplies {
     Bytes vain;       // bytes that came after the previous try
     bool answered = false;
     bool silent = false;
-    bool late = false;      // the reply to this request came late
+    bool late = false;
     bool repeated = false;  // the reply that was found is a copy of `reply`
     Bytes reply;
     // Set if the late reply contains a reason why there is no value.

@@ -194,7 +194,6 @@ constexpr Service kServices[] = {
     {"FINS", "a FINS server answers (Omron)"},
 };
 
-/// True for a TLS alert or handshake.
 bool IsTls(View heard) {
   return heard.size() >= 5 && (heard[0] == 0x15 || heard[0] == 0x16) && heard[1] == 3 &&
          heard[2] <= 4;
@@ -461,7 +460,6 @@ std::size_t LongestHeard(const Hearing& hearing) {
 /// True if the text has a known meaning: only then does RemedyFor return a remedy.
 bool IsTold(const Finding& words) { return !words.remedy.empty(); }
 
-/// Returns the finding for bytes that contain no reply.
 Finding Unreadable(const Hearing& hearing, View heard) {
   if (auto service = hearing.connection ? OtherService(heard, hearing.protocol->tcp) : std::nullopt)
     return *service;

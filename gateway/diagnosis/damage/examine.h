@@ -68,7 +68,6 @@ std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = fa
 // Messages of another protocol: binary messages on a line of a text protocol are recognised by
 // their check value, texts on any line by their form.
 
-/// Returns a finding if the bytes are a message of another protocol.
 std::optional<Finding> OtherFrame(const Hearing& hearing, View heard);
 
 // Services that are not serial lines, recognised by what they send over TCP: a web server, SSH,

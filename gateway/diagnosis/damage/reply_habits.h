@@ -32,7 +32,6 @@ class HeardExchange {
   void Begin(const bus::Member& member, const protocols::Request& request,
              const bus::LineTimes& times, Instant now);
   void Hear(View bytes, Instant now);
-  /// Stores the frame that was accepted as the reply.
   void Take(View frame) { frame_.assign(frame.begin(), frame.end()); }
   void End(Outcome outcome);
   /// True if bytes have come after End and after the last call of TakeMore.
@@ -66,7 +65,7 @@ class HeardExchange {
   protocols::Request request_;
   bus::LineTimes times_;
   Instant sent_{};
-  Instant last_{};  // when the last byte was on the line
+  Instant last_{};
   Duration idle_{};
   Outcome outcome_ = Outcome::none;
   std::size_t judged_ = 0;  // number of bytes that were examined
