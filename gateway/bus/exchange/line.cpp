@@ -135,7 +135,8 @@ void UnaskedReceiver::Take(UnaskedInput& heard, bool idle, Instant now) {
   }
 }
 
-/// Called after a silence: the next byte begins a message, unless it may belong to a broken one.
+/// Called after a silence: the next byte begins a message, unless it may still belong to a broken
+/// message (torn_until_).
 void UnaskedReceiver::Align(Instant now) { aligned_ = now >= torn_until_; }
 
 /// Counts a damaged message. Further damage counts as the same message until a whole message or a

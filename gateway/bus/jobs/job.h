@@ -138,10 +138,11 @@ struct EndEffects {
       answer,  ///< the command ends, and its client gets `result`
       /// The device has confirmed the command; its client is answered after the read-back.
       confirm,
-      go_on,  ///< the command continues with its remaining points
+      go_on,
     };
-    std::vector<std::size_t> unknown;   ///< points whose values are unknown until they are read
-    std::vector<PointWrite> confirmed;  ///< writes whose values count as confirmed by a reading
+    std::vector<std::size_t> unknown;  ///< points whose values are unknown until they are read
+    /// Writes that succeeded; JumpCheck then accepts their values.
+    std::vector<PointWrite> confirmed;
     Next next = Next::answer;
     WriteResult result{};
   };
@@ -317,7 +318,7 @@ class Job {
   bool proved = false;              ///< a probe before this job was answered
   bool unprovable = false;          ///< a probe before this job is necessary, but not possible
   int requests = 0;                 ///< number of requests of the task, without retries
-  int broadcasts = 0;               ///< how many of these requests were broadcasts
+  int broadcasts = 0;               ///< number of broadcasts among `requests`
   int parkings = 0;                 ///< how often the job was parked because the device was busy
   bool was_sent = false;
   bool unplanned = false;       ///< the query no longer existed when its reply came

@@ -46,7 +46,7 @@ class WriteJob : public Job {
   void End(const JobEnd& end, Instant now, EndEffects& effects) override;
 
  private:
-  /// How the exchange that writes the points `first_` to `next_` ended.
+  /// How the exchange that writes the points `first_` to `next_` - 1 ended.
   struct PointsEnd {
     WriteEnd how = WriteEnd::not_sent;
     Outcome outcome = Outcome::none;
@@ -55,7 +55,7 @@ class WriteJob : public Job {
     bool open = false;
   };
 
-  /// True if a request was sent that may have written the present points.
+  /// True if a request was sent that may have written the points under_way().
   bool sent() const { return command_.state == WriteState::sent; }
   std::span<const PointWrite> under_way() const {
     return std::span(command_.writes()).subspan(first_, next_ - first_);

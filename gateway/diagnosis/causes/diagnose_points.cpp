@@ -341,8 +341,8 @@ constexpr double kMostMeasured = 1e20;
 /// Most measurements are in this range.
 constexpr double kLeastUsual = 1e-4;
 constexpr double kMostUsual = 1e7;
-/// If other numbers are at most this large, an unsigned number this close to its maximum is
-/// probably a negative number.
+/// If another number of the device is at most this large, an unsigned number this close to its
+/// maximum is probably a negative number.
 constexpr double kSmall = 1000;
 /// Registers are neighbours if their numbers differ by at most this.
 constexpr int kNextTo = 4;
@@ -415,8 +415,8 @@ bool AreShifted(const std::vector<Float>& numbers) {
   return any;
 }
 
-/// Returns why an integer cannot be a measurement; empty: it can be a measurement. `small`: the
-/// other numbers of the device are small (kSmall).
+/// Returns why an integer cannot be a measurement; empty: it can be a measurement. `small`: at
+/// least one number of the device is small (kSmall).
 std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   using enum config::Type;
   const bool is_signed = point.type == int16 || point.type == int32;

@@ -223,7 +223,7 @@ double TooFast(const Evidence& evidence) {
   return evidence.Share({silence});
 }
 
-/// Cause: the device falls asleep: only requests after a rest of the line get no answer.
+/// Cause: the device falls asleep: only requests after a silence of the line get no answer.
 double Asleep(const Evidence& evidence) {
   // The line is also silent while neighbours do not answer, so a silence before the request proves
   // nothing then.
