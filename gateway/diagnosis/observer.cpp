@@ -47,8 +47,9 @@ void Observer::Complete(const bus::EndedExchange& ended, Finding& finding) {
   const bool refuses = ended.answered() && end.outcome != Outcome::ok;
   finding.outcome = end.outcome;
   finding.ended = end.ended;
-  // The reply looks like a reply to the request before. But the bus has proven that replies come in
-  // order, so the reply belongs to this request, and its content does not fit.
+  // The reply looks like the reply to the previous request. But the bus has found that it is no
+  // copy of an earlier reply (Verdict::odd), so it belongs to this request, and its content does
+  // not fit.
   const bool proven = ended.verdict.odd && finding.symptom == Symptom::one_behind;
   if (proven) finding.symptom = Symptom::odd;
   if (refuses || (unproven != nullptr && !unproven->refusal.empty())) {

@@ -64,8 +64,8 @@ class ServerGreeting {
     return said;
   }
   /// Call at the end of every exchange, answered or not. `speaks`: the bytes in `heard` are
-  /// readable text, or come from another service. If this was the first exchange, they are stored
-  /// as greeting.
+  /// readable text, or come from another service. In the first exchange these bytes are stored as
+  /// greeting.
   void NoteExchange(View heard, bool speaks) {
     const bool first = std::exchange(first_, false);
     if (first && speaks && text_.empty()) text_.assign(heard.begin(), heard.end());
@@ -140,8 +140,8 @@ class Observer : public bus::LineObserver {
   void OnUnasked(const bus::Device& device, Outcome outcome, const std::string& reason,
                  const std::string& remedy, Duration rest, Instant now) override;
 
-  // TakeFinding and TakeChanged are OnExchange and OnRequest without the status; public for tests.
-  /// Ends the exchange and returns what it looked like on the wire.
+  // Ends the exchange and returns what it looked like on the wire. TakeFinding and TakeChanged do
+  // the work of OnExchange and OnRequest without writing to the status; they are public for tests.
   Finding TakeFinding(Outcome outcome);
   /// Returns the exchanges whose finding has changed, because more bytes came later; each exchange
   /// once.

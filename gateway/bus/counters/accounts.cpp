@@ -33,8 +33,7 @@ void DeviceAccounts::OnExchange(const EndedExchange& ended, Now now) {
   const bool life = ended.answered();
   const bool answered = life && !ended.broadcast;
   const bool cut_off = ended.cut_off();
-  // An offline device is only probed. A failed probe says nothing new, so it does not count among
-  // the recent outcomes.
+  // Probes of an offline device do not count among the recent outcomes: nearly all of them fail.
   const bool looks = ended.asked.probe && member.health.absent();
   const Outcome outcome = ended.routed && life ? Outcome::ok : end.outcome;
   ShowPatience(member, ended.patience);
@@ -57,7 +56,7 @@ void DeviceAccounts::OnExchange(const EndedExchange& ended, Now now) {
   });
 }
 
-/// Updates the skipped polls of all devices, also of devices that have not been asked for long.
+/// Updates the number of skipped polls of every device, not only of the device that was asked.
 void DeviceAccounts::CountMissed() {
   for (const auto& device : roster_.devices()) {
     const std::uint32_t missed = schedule_.Missed(device->place, now_.instant);
@@ -167,8 +166,8 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
 }
 
 /// The conversation has changed its queries. If one query failed at least twice in a row while
-/// another was answered, the device rejects that query and was not out of order, so its failures
-/// and its outages of the last minute are removed from the status.
+/// another was answered, the device rejects that query and was not out of order. Then its failures,
+/// and its outages of this minute and the minute before, are removed from the status.
 void DeviceAccounts::OnPlan(const Device& device) {
   constexpr std::uint32_t kNever = 2;
   Change(device, [this](DeviceStatus& status) {

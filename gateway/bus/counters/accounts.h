@@ -46,7 +46,8 @@ class DeviceAccounts final : public ExchangeObserver {
   /// A reading was suspicious, so it is accepted only if a second reading agrees.
   void OnRecheck(const Member& member);
   void OnUnconfirmed(const Member& member);
-  /// A late reply came. `patience`: how much longer than its reply time the member is waited for.
+  /// A late reply came. `patience`: for how much longer than its reply time the line waits for the
+  /// member.
   void OnLate(const Member& member, Duration lateness, Duration patience);
   void OnSecondReply(const Member& member);
 
@@ -66,14 +67,15 @@ class DeviceAccounts final : public ExchangeObserver {
 
  private:
   struct Entry {
-    Duration busy{};           // line time that this device has taken
-    Duration counted{};        // part of `busy` that the status contains already
-    Duration drained{};        // line time of the silence after the device's last exchange
-    Instant heard{};           // end of the last exchange, or when the port was opened
-    bool out = false;          // the device's last task has failed
-    std::uint32_t missed = 0;  // number of skipped poll periods
-    Duration patience{};       // the patience that the status shows
-    std::uint32_t behind = 0;  // the count `behind` that the status shows
+    Duration busy{};     // line time that this device has taken
+    Duration counted{};  // part of `busy` that the status contains already
+    // Line time of the silence that the line kept after the device's last exchange.
+    Duration drained{};
+    Instant heard{};   // end of the last exchange with the device, or when the port was opened
+    bool out = false;  // the last task has failed, and no exchange was answered since
+    std::uint32_t missed = 0;  // skipped poll periods so far (Schedule::Missed)
+    Duration patience{};       // DeviceStatus::patience as last published
+    std::uint32_t behind = 0;  // DeviceStatus::behind as last published
     bool told_second = false;  // the user was warned of a second, different reply
   };
 
@@ -108,8 +110,8 @@ class FastRounds {
   /// because a longer round makes the point store accept older values.
   void OnPoll(const Member& member, const Poll& poll, Instant now);
   void OnPlan(const Device& device);
-  /// Computes the time of a round from the last rounds of all devices. Call when a device of the
-  /// line has gone offline or returned.
+  /// Publishes the sum of the last rounds of all devices. Call when a device of the line has gone
+  /// offline or returned.
   void Measure(Instant now) const;
 
  private:

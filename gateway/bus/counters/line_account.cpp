@@ -21,7 +21,7 @@ void LineAccount::OnOpened() {
   OnAnswer();
 }
 
-/// A device has answered, or the port was opened: the silence of the line is over.
+/// Called when a device has answered or the port was opened: the line is not silent.
 void LineAccount::OnAnswer() {
   silent_from_.reset();
   counters_.babble = 0;

@@ -38,20 +38,20 @@ class Burst {
   bool EndsAt(Instant now) { return going_on_ && now - last_ >= kTime && !(going_on_ = false); }
 
  private:
-  int count_ = 0;  // events so far with less than a minute between two events in a row
+  int count_ = 0;  // events so far, each less than a minute after the event before
   Instant last_{};
   bool going_on_ = false;
 };
 
-// `LineMinute` measures the use of the time of a line, since the start and in the present minute.
-// The use of an exchange (`LineUse`) is known only when it ends; until then its time counts as
+// `LineMinute` measures for what the time of a line is used (LineUse), since the start and in the
+// present minute. The use of an exchange is known only when it ends; until then its time counts as
 // busy without a use.
 class LineMinute {
  public:
-  /// The parts of a minute in which the line was busy, each 0 to 1.
+  /// The parts of a minute, 0 to 1, in which the line was busy.
   struct Use {
     double busy = 0;
-    LineShares shares{};  ///< parts of `busy` whose use is known
+    LineShares shares{};  ///< parts of `busy` by use, as far as the use is known
   };
 
   /// The port was opened, so no exchange is under way, and a new minute begins.
@@ -61,7 +61,7 @@ class LineMinute {
     Begin(now);
   }
   void OnClosed() { full_ = Use{}; }
-  /// Call after the time up to `now` has been reported (OnExchangeTime, OnDrained).
+  /// Call after OnExchangeTime or OnDrained was called for the time up to `now`.
   void OnTime(Instant now) {
     if (now - began_ < kMinute) return;
     full_ = UseAt(now);
@@ -142,7 +142,7 @@ class LineAccount final : public ExchangeObserver {
   void OnProbe() { ++counters_.probes; }
   void OnLate() { ++counters_.late; }
   /// Counts bytes that belong to no exchange. `counts`: the bytes are not the rest of a broken
-  /// reply, so they count as stray bytes too.
+  /// reply, so they count as LineCounters::stray_bytes too.
   void CountStray(std::size_t count, bool counts) {
     counters_.babble += count;
     if (counts) counters_.stray_bytes += count;
@@ -174,10 +174,10 @@ class LineAccount final : public ExchangeObserver {
   LineMinute minute_;
   Now now_{};
   bool open_ = false;
-  bool echoes_ = false;  // the echo of the request under way was received
+  bool echoes_ = false;  // the request under way has come back as an echo
   // The ring does not echo since this time; empty: the ring echoes.
   std::optional<WallTime> cut_since_;
-  Burst others_;                        // echoes that differed from the request: another master
+  Burst others_;  // echoes that differ from the request, because another master sends
   std::optional<Instant> silent_from_;  // first failure since the last answer of any device
   Instant last_failure_{};
 };

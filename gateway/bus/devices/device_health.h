@@ -65,12 +65,13 @@ class DeviceHealth {
   /// least kOfflineTime has passed from the first to the last of them.
   static constexpr int kOfflineCount = 3;
   static constexpr Duration kOfflineTime = 1s;
-  /// A device is degraded while at least this many of its last 32 exchanges failed.
+  /// A device that is not offline is degraded while its last task has failed, or while at least
+  /// this many of its last 32 exchanges failed.
   static constexpr int kDegradedCount = 3;
 
-  /// Call for every exchange, including retries. Decides between the states online and degraded.
+  /// Call for every exchange, including retries.
   void OnExchange(Outcome outcome);
-  /// Call at the end of a task (a request with its retries). Decides between online and offline.
+  /// Call at the end of a task (a request with its retries).
   void OnTask(Outcome outcome, Instant now);
 
   DeviceState state() const;
@@ -83,7 +84,7 @@ class DeviceHealth {
 
  private:
   std::uint32_t failures_ = 0;  // one bit per exchange, 1: it failed; the latest is bit 0
-  int refusals_ = 0;            // exchanges in a row that were refused
+  int refusals_ = 0;
   int failed_tasks_ = 0;
   Instant failing_since_{};
   bool seen_ = false;

@@ -7,7 +7,7 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Outages are frequent if a device had at least kFlapping in the last kFlappingMinutes.
+/// Outages are frequent if a device had at least kFlapping of them in the last kFlappingMinutes.
 constexpr std::uint32_t kFlapping = 3;
 constexpr std::size_t kFlappingMinutes = 5;
 
@@ -65,7 +65,8 @@ void DeviceStates::OnState(const Member& member, const std::string& reason) {
   if (tap_ != nullptr) tap_->OnDeviceState(member.index, state, reason, now_);
 }
 
-/// Clears the findings of a device that returns after an outage, unless its outages are frequent.
+/// Publishes the state. Clears the findings of the diagnosis when a device returns after an outage,
+/// unless its outages are frequent.
 void DeviceStates::Show(DeviceState state, DeviceState from, DeviceStatus& status) const {
   status.state = state;
   const bool back = Answers(state) && !Answers(from);
@@ -80,8 +81,8 @@ DeviceState DeviceStates::StateOf(const Member& member) const {
   return open_ || state == DeviceState::never_seen ? state : DeviceState::offline;
 }
 
-/// A remark (trouble with a text but without a reason) goes to the status and the log. It is not
-/// reported as news, because the values of the device are good.
+/// A trouble without a reason is a remark. It goes to the status and the log, but is not reported
+/// as news, because the values of the device are good.
 bool DeviceStates::OnTrouble(const Device& device) {
   const protocols::DeviceTrouble& is = device.conversation->trouble();
   protocols::DeviceTrouble& known = entries_[device].trouble;

@@ -42,7 +42,7 @@ class DeviceStates {
  private:
   struct Entry {
     DeviceState shown = DeviceState::never_seen;
-    // The trouble that was published last; a remark has a text without a reason.
+    // The trouble that was published last.
     protocols::DeviceTrouble trouble;
   };
 

@@ -34,8 +34,9 @@ struct News {
     no_answer,  ///< a device is offline
     not_in_use,
     wrong_device,  ///< another device than the configured one answers: its readings do not count
-    replaced,      ///< another device answers in place of the device; this news has no end
-    port_down,     ///< concerns the line, as do all values below
+    replaced,      ///< the device reports another name than before; no news with `over` follows
+    /// This value and the values below concern the line, not a device.
+    port_down,
     port_lent,
     collisions,  ///< another master is on the line
     ring_open,
@@ -94,12 +95,10 @@ class PollerListener {
 class EventSink {
  public:
   virtual ~EventSink() = default;
-  /// Saves events of a device, as PollerListener::OnEvents reports them.
   virtual void OnReported(ReportedEvents events) = 0;
   /// The device has no unsaved events from before `asked`: see PollerListener::OnDrained.
   virtual void OnDrained(std::uint32_t device, Instant asked) = 0;
   virtual void OnNews(const config::Line& line, const News& news, Now at) = 0;
-  /// These points of the device were read: see PollerListener::OnRead.
   virtual void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) = 0;
 };
 

@@ -36,10 +36,11 @@ struct Member {
   bool in_use = true;
   int max_retries = 0;
   const protocols::Protocol* protocol = nullptr;
-  /// For a slave that only routes reach: the options of the line.
+  /// The options of the device; for a slave that only routes reach, the options of the line.
   protocols::ParsedOptions options;
   config::SerialSettings serial;
-  /// The times, each with its source; unused for a slave that only routes reach.
+  /// The times as the status shows them, each with its source; unused for a slave that only routes
+  /// reach.
   config::Timing timing;
   LineTimes times;
   DeviceHealth health;
@@ -65,7 +66,7 @@ struct Device : Member {
   std::unique_ptr<protocols::Conversation> conversation;
   JumpCheck jumps;
   HeardPoints heard;
-  std::string memory;         // memory of the conversation that was reported last
+  std::string memory;         // Conversation::Memory() as reported last
   config::Timing configured;  // `timing` before LearnTimes made it longer
   // Queries of the conversation that the schedule contains.
   std::vector<protocols::Query> planned_queries;
@@ -90,7 +91,7 @@ class Roster {
   /// Returns all devices, then all slaves. The index is the `place` of the member.
   const std::vector<Member*>& everyone() const { return everyone_; }
   Device& device(std::size_t place) const { return *devices_[place]; }
-  /// Returns the first device that sends messages unasked, or null. A line has at most one.
+  /// Returns the device that sends messages unasked, or null. A line has at most one such device.
   Device* Speaker() const;
   /// `index`: number of the device in the point store.
   Device& DeviceAt(std::uint32_t index) const { return *devices_[index - devices_.front()->index]; }
@@ -148,7 +149,7 @@ class ByMember {
     if (entries_.size() <= place) entries_.resize(place + 1);
   }
 
-  mutable std::deque<Entry> entries_;  // index: place of the member in the roster
+  mutable std::deque<Entry> entries_;
 };
 
 }  // namespace baudgate::bus

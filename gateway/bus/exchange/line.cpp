@@ -1,8 +1,9 @@
 // The state table of `Line`. "next" contains the next state; if an outcome follows the state, as in
 // "drain, corrupt", the exchange ends with this outcome. The times are those of LineTimes. "reply"
-// and "ceiling" count from the computed end of the transmission; in quiet, the ceiling counts from
-// Start, and in drain from the beginning of the drain. Stray bytes came while no reply
-// was awaited. Bytes that are set aside are not read yet (see Transmission). An aftermath is a
+// and "ceiling" count from the computed end of the transmission. "ceiling" is the limit of the
+// whole exchange. The same limit holds for quiet, counted from Start, and for drain, counted from
+// its beginning. Stray bytes came while no reply was awaited. Bytes that are set aside are not read
+// yet (see Transmission). Held bytes are read, but are no whole frame yet. An aftermath is a
 // silence after a reply (see Exchange::aftermath).
 //
 // clang-format off
@@ -11,10 +12,10 @@
 //   idle         Start                         quiet; sending at once if the line was silent long enough
 //   idle         bytes of an unasked message   receiving, until the message is whole, damaged or over its
 //                (UnaskedReceiver)             time; then idle. No exchange begins meanwhile
-//   any but      a whole unasked message       the same; the message goes to LineNews::unasked. It is the
+//   any but      a whole unasked message       unchanged; the message goes to LineNews::unasked. It is the
 //   closed                                     reply only if the request under way expects such a message
 //   idle         bytes                         idle; stray, and the silence before a request begins again
-//   idle, quiet, drain: stray bytes            the same; a second, different reply may be among the bytes
+//   idle, quiet, drain: stray bytes            unchanged; a second, different reply may be among the bytes
 //   quiet        bytes                         quiet; its time begins again, but ends at the ceiling
 //   quiet        timer                         sending
 //   sending      bytes, on a pty or a network  sending; held: an echo, or an early reply
@@ -40,7 +41,7 @@
 //   sending, await_first, receiving:
 //                the server ended the          drain, no_reply
 //                connection
-//                collision                     drain, corrupt; counts from the end of the transmission
+//                collision                     drain, corrupt; not before the end of the transmission
 //   drain        bytes                         drain; its time begins again, but ends at the ceiling
 //   drain        timer                         idle
 //   quiet        closed                        closed; the exchange does not take place
@@ -98,7 +99,7 @@ Instant UnaskedReceiver::TooLong() const {
 }
 
 UnaskedInput UnaskedReceiver::Feed(View bytes, Instant now) {
-  UnaskedInput heard = OnTimer(now);  // the timer may be late
+  UnaskedInput heard = OnTimer(now);  // in case OnTimer is called late
   if (bytes.empty()) return heard;
   if (now - last_byte_ >= what_.idle) {
     Align(now);
@@ -134,7 +135,8 @@ void UnaskedReceiver::Take(UnaskedInput& heard, bool idle, Instant now) {
   }
 }
 
-/// Called after a silence: the next byte begins a message, unless it may belong to a broken one.
+/// Called after a silence: the next byte begins a message, unless it may still belong to a broken
+/// message (torn_until_).
 void UnaskedReceiver::Align(Instant now) { aligned_ = now >= torn_until_; }
 
 /// Counts a damaged message. Further damage counts as the same message until a whole message or a
@@ -160,11 +162,10 @@ void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
 
 namespace {
 
-/// If bytes arrive this long after a deadline, the program was stopped meanwhile. The bytes may
-/// have waited for any time, so the deadline is handled before the bytes.
+/// If bytes are read this long after a deadline, the program was stopped meanwhile, and it is
+/// unknown when they arrived. The deadline is then handled before the bytes.
 constexpr Duration kHeldUp = 100ms;
 
-/// True from the first character of the request to the end of the exchange.
 bool IsUnderWay(Line::State state) {
   return state == Line::State::sending || state == Line::State::settle ||
          state == Line::State::await_first || state == Line::State::receiving;
@@ -180,14 +181,13 @@ bool HasTimer(Line::State state) {
   return state != Line::State::closed && state != Line::State::idle;
 }
 
-/// True if the program was stopped until at least kHeldUp after the deadline. The deadline must
-/// then be handled before bytes that come now.
+/// True if the program was stopped past the deadline: see kHeldUp.
 bool IsHeldUp(Instant deadline, Instant now) { return now >= deadline + kHeldUp; }
 
 Duration SilenceAfter(Outcome outcome, const Exchange& exchange) {
   if (!NeedsDrain(outcome)) return exchange.aftermath;
   const Duration drain = exchange.times.drain;
-  // A reply with an address cannot be taken for the reply of another device.
+  // A late reply that contains an address cannot be mistaken for the reply of another device.
   const bool named = !exchange.request.expect.address.empty();
   return outcome == Outcome::no_reply || named ? drain : std::max(drain, exchange.aftermath);
 }
@@ -249,9 +249,9 @@ LineNews Line::OnTimer(Instant now) {
   return TakeNews();
 }
 
-/// Takes messages that came unasked, and passes the remaining bytes on as a possible reply. A pty
-/// or a network accepts the whole request at once, so the reply may come before the computed end of
-/// its transmission.
+/// Moves messages that came unasked to `news_`, and reads the remaining bytes as a possible reply.
+/// A request to a pty or a network leaves at once, so its reply may come before the computed end of
+/// the transmission.
 void Line::Hear(UnaskedInput heard, Instant now) {
   // The transmission has ended, but its timer is late.
   if (state_ == State::sending && now >= transmission_.until()) EndSending(now);
@@ -261,8 +261,8 @@ void Line::Hear(UnaskedInput heard, Instant now) {
   if (awaited && !heard.messages.empty()) {
     Finish(client_.Judge(heard.messages.front().bytes, now), {}, now);
   }
-  // In idle, remaining bytes belong to the device that sends unasked, so they do not count as a
-  // late reply.
+  // In the state idle the remaining bytes come from the device that sends unasked, so they do not
+  // count as stray bytes.
   if (!heard.rest.empty() && state_ != State::idle) TakeBytes(heard.rest, now);
   heard.rest.clear();
   news_.unasked = std::move(heard);
@@ -288,7 +288,7 @@ void Line::TakeBytes(View bytes, Instant now) {
       TellStray(bytes.size(), now - ended_);
       break;
     case State::sending:
-      if (now >= transmission_.until()) {  // the timer is late
+      if (now >= transmission_.until()) {  // OnTimer is called late
         EndSending(now);
         TakeBytes(bytes, now);
       } else if (!transmission_.Keeps(bytes) && assembler_.held() < Transmission::kMostKept) {
@@ -417,11 +417,11 @@ void Line::TakeStray(View bytes, Instant now) {
   if (second_.FoundIn(bytes)) news_.stray.second_reply = true;
 }
 
-/// Tries early bytes as the reply, because no other bytes have come. If they are the reply, this
-/// port does not keep its bit rate.
+/// Reads the bytes that came during the transmission as the reply, because no other bytes have
+/// come. If they are the reply, this port does not keep its bit rate.
 bool Line::TakeEarly(Instant now) {
-  // A reply that mirrors its request could be the echo. If the program was stopped, the time of the
-  // bytes is unknown.
+  // A reply that equals its request (`mirrors`) could be an echo. If the program was stopped, it is
+  // unknown when the bytes came.
   const bool held_up = IsHeldUp(deadline_, now);
   if (!transmission_.has_early() || held_up || exchange_.request.expect.mirrors) return false;
   assembler_.Feed(transmission_.TakeEarly());
@@ -432,8 +432,8 @@ bool Line::TakeEarly(Instant now) {
   return true;
 }
 
-/// Takes a whole reply before the computed end of its request, on a pty or a network. A reply that
-/// could be an echo has to wait until then.
+/// On a pty or a network, takes a whole reply that came before the computed end of its request. A
+/// reply that could be an echo (`mirrors`) is read only after this end.
 void Line::TakeAhead(Instant now) {
   const protocols::Expectation& expect = exchange_.request.expect;
   if (expect.reply != protocols::Expectation::Reply::one || expect.mirrors) return;

@@ -41,7 +41,6 @@ class Transmission {
  public:
   /// `keeps_bit_rate`: the port sends and receives at its bit rate. False for a pty or a network.
   void OnOpened(bool keeps_bit_rate) { keeps_bit_rate_ = keeps_bit_rate; }
-  /// Begins the transmission: the first character is sent at `now`, and all take `length`.
   void Begin(Instant now, Duration length) {
     from_ = now;
     until_ = now + length;
@@ -63,14 +62,14 @@ class Transmission {
   Instant from() const { return from_; }
   Instant until() const { return until_; }
 
-  /// In bytes: more early bytes are dropped. The limit is far above one reply with noise; a pty can
-  /// deliver far more.
+  /// In bytes. Early bytes above this limit are dropped. One reply with noise is far shorter, but a
+  /// pty can deliver far more.
   static constexpr std::size_t kMostKept = 1024;
 
  private:
   bool keeps_bit_rate_ = false;
   Instant from_{};
-  Instant until_{};  // the end of the last character; computed from the bit rate
+  Instant until_{};  // computed end of the last character
   Bytes early_;
 };
 
@@ -83,8 +82,8 @@ bool IsEmptyLine(View frame);
 
 class SecondReply {
  public:
-  /// Call for `frame`, which was taken from `assembler`. Returns false if `assembler` contains
-  /// another whole frame behind it that differs from `frame` and is not an empty line.
+  /// Returns false if `assembler` contains a second whole frame that differs from `frame` and is
+  /// not an empty line. `frame` was taken from `assembler` just before.
   bool IsAlone(const Bytes& frame, const protocols::Assembler& assembler);
   void Take(const Bytes& frame) { taken_ = frame; }
   /// Adds bytes that came after the reply. Returns true, once, if they contain a whole frame that
@@ -107,8 +106,8 @@ class SecondReply {
 //   a whole frame by the frame rule        a message, at once
 //   silence for `idle`                     the frame rule is called with idle = true: a message, or
 //                                          damaged
-//   no whole frame within `whole`          damaged, with all bytes until a silence comes, or a
-//                                          marked beginning
+//   no whole frame within `whole`          one damaged message, which lasts until a silence or
+//                                          a marked beginning
 //   bytes within `whole` of the beginning  damaged as well, if the protocol marks no beginnings:
 //   of a message that broke off            the bytes may be the rest of that message
 struct UnaskedMessage {
@@ -119,9 +118,10 @@ struct UnaskedMessage {
 /// The result of UnaskedReceiver for received bytes or an expired timer.
 struct UnaskedInput {
   std::vector<UnaskedMessage> messages;
-  std::size_t damaged = 0;  ///< number of damaged messages, as far as they can be counted
-  std::string_view why{};   ///< reason of the last damage; static text
-  Bytes rest;               ///< bytes that belong to no message, in the order of their arrival
+  /// Number of damaged messages. Damage in a row counts as one message.
+  std::size_t damaged = 0;
+  std::string_view why{};  ///< reason of the last damage; static text
+  Bytes rest;              ///< bytes that belong to no message, in the order of their arrival
 };
 
 class UnaskedReceiver {
@@ -148,33 +148,33 @@ class UnaskedReceiver {
 
   const protocols::Standing& what_;
   protocols::Assembler assembler_;
-  /// True if the next byte begins a message, or if messages are recognised by a marked beginning.
+  /// True if the next byte begins a message, or if messages have a marked beginning
+  /// (Standing::marked).
   bool aligned_ = true;
   bool damaged_ = false;
-  Instant torn_until_{};  // bytes that begin earlier may be the rest of a message that broke off
-  Instant began_{};       // when the present message began
-  Instant last_byte_{};   // when the last byte came, or the port opened
+  Instant torn_until_{};  // until then, bytes may be the rest of a message that broke off
+  Instant began_{};
+  Instant last_byte_{};  // when the last byte came, or the port opened
 };
 
 /// The times of an exchange with one device, and the time of one character. docs/timeouts.md has
 /// the diagram. (The pause before a port is reopened is in transports/port_keeper.h.)
 struct LineTimes {
-  Duration quiet{};      ///< silence before sending, counted from the last byte in or out
-  Duration reply{};      ///< from the computed end of transmission to the first byte of the reply
-  Duration gap{};        ///< longest silence inside a reply
-  Duration ceiling{};    ///< limit for the whole exchange, from the computed end of transmission
+  Duration quiet{};  ///< silence before sending, counted from the last byte in or out
+  Duration reply{};  ///< from the computed end of transmission to the first byte of the reply
+  Duration gap{};    ///< longest silence inside a reply
+  /// Longest time from the computed end of transmission to the end of the reply.
+  Duration ceiling{};
   Duration drain{};      ///< silence that ends a drain, in which late bytes are thrown away
-  Duration settle{};     ///< silence after a request without a reply, if it is longer than `quiet`
-  Duration character{};  ///< from start bit to stop bit
+  Duration settle{};     ///< silence after a request that gets no reply; at least `quiet`
+  Duration character{};  ///< duration with start and stop bits
 };
 
-/// Returns the time from the first character of the request to the computed end of its last
-/// character.
 inline Duration TransmissionTime(const protocols::Request& request, Duration character) {
   return static_cast<std::int64_t>(request.bytes.size()) * character;
 }
-/// Returns the time from the end of transmission to the first byte of the reply. A reply that takes
-/// longer is late.
+/// Returns the longest time from the end of transmission to the first byte of the reply. A reply
+/// that takes longer is late.
 inline Duration ReplyTime(const protocols::Request& request, const LineTimes& times) {
   return std::max(times.reply, request.reply);
 }
@@ -184,11 +184,11 @@ struct Exchange {
   protocols::Request request;
   protocols::FrameRule reply_rule = nullptr;
   LineTimes times;
-  /// Silence after a reply, even after a good reply. Replies to earlier tries may still come, and
-  /// must not meet another request.
+  /// Silence after a reply, even after a good reply. Replies to earlier tries of the request may
+  /// still come, and could be mistaken for the reply to the next request.
   Duration aftermath{};
-  /// True if the device lags: each of its replies comes only after a later request. A reply to
-  /// another request then ends the exchange, because waiting longer is useless.
+  /// True if the replies of the device come one or more requests late. A reply to an earlier
+  /// request then ends the exchange, because the right reply comes only after a later request.
   bool lags = false;
 };
 
@@ -214,11 +214,12 @@ struct StrayBytes {
 
 /// The effects of one input, in the order in which they happened.
 struct LineNews {
-  UnaskedInput unasked;     ///< messages of the device that sends unasked; `rest` is empty
-  bool send = false;        ///< the client has to send the request now
+  UnaskedInput unasked;     ///< messages of the device that sends unasked; Line has read `rest`
+  bool send = false;        ///< the caller has to send the request now
   StrayBytes stray_before;  ///< stray bytes that came before the end of the exchange under way
-  std::optional<ExchangeEnd> end;  ///< the exchange has ended; the line may still drain: idle()
-  StrayBytes stray;  ///< stray bytes after that end, or while no exchange was under way
+  /// Set if the exchange has ended. The line may still drain: see idle().
+  std::optional<ExchangeEnd> end;
+  StrayBytes stray;  ///< stray bytes after the exchange, or while no exchange was under way
 };
 
 class LineClient {
@@ -297,37 +298,38 @@ class Line {
   LineClient& client_;
   State state_ = State::closed;
   Instant deadline_{};
-  Instant limit_{};          // latest end of quiet and drain; in receiving: the ceiling
+  Instant limit_{};          // when quiet or drain ends at the latest; in receiving: the ceiling
   Instant last_activity_{};  // last byte in or out
-  Instant ended_{};          // end of the last exchange
+  Instant ended_{};
   std::optional<UnaskedReceiver> unasked_;  // empty: no device of the line sends unasked
   Exchange exchange_;
   Transmission transmission_;
   protocols::Assembler assembler_;
   SecondReply second_;
-  SecondReply second_before_;  // second_ of the exchange before, while a request is sent
+  SecondReply second_before_;  // while a request is sent: `second_` of the exchange before
   LineNews news_;
 };
 
 // `Tap` is the interface for viewers of the bytes of one line: the trace and the flight recorder. A
-// tap gets bytes with direction and time, and the end of every exchange. Callers:
-// gateway/bus/counters/line_account.cpp with bytes behind the echo filter,
-// gateway/bus/devices/device_states.cpp with states, gateway/lines/telegram_queue.cpp with all
-// bytes of a telegram by hand.
+// tap gets bytes with direction and time, the end of every exchange, and new states of devices.
+// gateway/bus/counters/line_account.cpp passes bytes without echoes,
+// gateway/lines/telegram_queue.cpp all bytes of a telegram by hand,
+// gateway/bus/devices/device_states.cpp the states.
 
-/// Slaves that only transparent routes reach are not in the point store. Their number is this
-/// constant plus their address.
+/// A slave that only transparent routes reach is not in the point store. Its number is this
+/// constant plus its address.
 inline constexpr std::uint32_t kFirstSlave = 0x8000'0000;
 inline std::string SlaveName(std::uint32_t device) {
   return "slave-" + std::to_string(device - kFirstSlave);
 }
 
-/// All calls come on the thread of the line and must not block. Bytes are valid during the call
-/// only. `device` is an index in the point store, or kFirstSlave plus an address.
+/// All functions are called on the thread of the line and must not block. Bytes are valid during
+/// the call only. `device` is an index in the point store, or kFirstSlave plus an address.
 class Tap {
  public:
   virtual ~Tap() = default;
-  /// The tap must not pass on any part of `request.expect.secrets`.
+  /// The tap must not pass on the bytes of the request that `request.expect.secrets` lists
+  /// (passwords).
   virtual void OnSent(std::uint32_t device, const protocols::Request& request, Now now) = 0;
   virtual void OnReceived(View bytes, Now now) = 0;
   /// `end.outcome` and `end.reason` are final: the conversation has judged the frame.
@@ -369,7 +371,7 @@ class EchoFilter {
   config::Echo mode_;
   Bytes expected_;           ///< the request of this exchange
   std::size_t matched_ = 0;  ///< how many bytes of expected_ have come back
-  bool differs_ = false;     ///< this exchange has no echo, or a wrong one
+  bool differs_ = false;     ///< the bytes received so far are no echo of the request
 };
 
 // `EchoWatch` removes the echo of our own request and checks whether the bus echoes as configured.
@@ -400,11 +402,11 @@ class EchoWatch {
   bool OnExchangeEnd(const protocols::Request& request, ExchangeEnd& end);
   /// With `echo: off`: returns true if the latest request has come back.
   bool echoed() const { return echoed_; }
-  /// True if the latest answered request has not come back. Requests whose reply equals them
-  /// (`mirrors`) do not count.
+  /// True if this bus seems not to echo: the latest answered request has not come back. Requests
+  /// whose reply equals them (`mirrors`) do not count.
   bool is_free() const { return free_; }
-  /// With `echo: verify`: the bus echoed earlier, and none of the latest requests came back. A
-  /// fibre ring is open, so the silence of the devices is not their fault.
+  /// With `echo: verify`: true if the bus echoed earlier, but no byte of the last 3 requests has
+  /// come back. A fibre ring is then open, so the silence of the devices is not their fault.
   bool is_cut() const { return has_echoed_ && unechoed_ >= kUnechoedOfACut; }
 
  private:
@@ -412,8 +414,8 @@ class EchoWatch {
 
   config::Echo mode_;
   EchoFilter filter_;
-  // With `echo: off`: requests have come back nevertheless, and no reply has come since without
-  // echo.
+  // With `echo: off`: a request has come back nevertheless, and since then no request was answered
+  // without coming back.
   bool echoes_ = false;
   bool echoed_ = false;
   bool free_ = false;

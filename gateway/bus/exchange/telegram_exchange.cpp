@@ -7,7 +7,7 @@ namespace baudgate::bus {
 
 namespace {
 
-/// In bytes. When this many bytes were collected, later bytes are dropped.
+/// In bytes. Later bytes of a reply are dropped.
 constexpr std::size_t kMostReply = 8192;
 
 }  // namespace

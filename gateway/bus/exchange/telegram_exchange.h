@@ -14,8 +14,7 @@
 
 namespace baudgate::bus {
 
-/// The protocol, port settings and times with which the telegram is sent. They are those of a
-/// device.
+/// The protocol, port settings and times of a device, with which the telegram is sent.
 struct Speaking {
   const protocols::Protocol* protocol = nullptr;
   protocols::ParsedOptions options{};

@@ -1,5 +1,6 @@
-// `Agenda` contains all work that waits on one serial line: polls, writes, requests of routes,
-// probes and parked jobs.
+// `Agenda` contains all work that waits on one serial line: due polls, writes and read-backs,
+// requests of routes, probes, background reads and parked jobs. `Chooser` takes the next job from
+// it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,9 +19,9 @@
 
 namespace baudgate::bus {
 
-// `ParkedJobs` contains jobs that were interrupted while the line does other work, because their
-// device was busy, or because a late reply of the device may still come. For each device there is
-// at most one read-back (a read after a write) and one other job.
+// `ParkedJobs` contains interrupted jobs. A job is parked, while the line does other work, if its
+// device is busy or may still send a late reply. Each device has at most one parked read-back (a
+// read after a write) and one other parked job.
 class ParkedJobs final {
  public:
   void Park(std::unique_ptr<Job> job, Instant until) { parked_.push_back({std::move(job), until}); }
@@ -40,7 +41,7 @@ class ParkedJobs final {
       return one.member() == job.member && one.job->is_read_back() == job.is_read_back();
     });
   }
-  /// True if a read-back of the member is parked that has not failed yet.
+  /// True if a read-back of points of `member` is parked, and none of its exchanges has failed.
   bool HasReadBack(const Member& member) const {
     return std::ranges::any_of(parked_,
                                [&member](const One& one) { return one.job->ReadsBack(member); });
@@ -71,8 +72,6 @@ class ParkedJobs final {
   std::vector<One> parked_;
 };
 
-// `Agenda` contains the work that waits on one line: due polls, writes and read-backs, requests of
-// routes, probes, background reads, parked jobs. `Chooser` takes the next job from it.
 struct Agenda {
   /// Both references must stay valid for the lifetime of this object.
   Agenda(Roster& roster, const LateReplies& late)

@@ -1,5 +1,5 @@
 // `BackgroundJob` is a read of low priority, such as a load profile. It is sent when there is
-// enough time before the next poll, and at the latest after a minute (`Background` in
+// enough time before the next poll, and at the latest one minute after it is due (`Background` in
 // gateway/bus/schedule/schedule.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -29,8 +29,9 @@ class ParkedSource final : public JobSource {
 
 }  // namespace
 
-/// Creates the sources of jobs. Sources with the same turn are asked in this order. Reading back a
-/// written value goes before further writes, because the client of the first write still waits.
+/// Creates the sources of jobs. Sources with the same turn are asked in the order of these lines.
+/// The read-back of a written value goes before further writes, because the client of the first
+/// write still waits.
 Chooser::Chooser(LineContext& line) : line_(line) {
   using Turn = Turns::Choice;
   const auto add = [this](std::optional<Turn> turn, auto source) {
@@ -83,7 +84,7 @@ void Chooser::OnTime(Duration passed, const Member* busy_with) {
 bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   const Member& member = *job.member;
   const Schedule& schedule = line_.agenda.schedule;
-  // A background read is not urgent, so a retry must not delay the next poll.
+  // A retry of a background read must not delay the next poll, because the read is not urgent.
   const bool waits = job.goal().task.kind == protocols::Task::Kind::background;
   if (waits && more == 0 && !line_.agenda.background.HasRoom(member.place, now)) return false;
   const bool fails = member.health.failing() || schedule.AnotherFails(member.place);

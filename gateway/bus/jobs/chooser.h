@@ -22,29 +22,32 @@ class Chooser {
 
   /// Returns the next job, or null if no job can be sent now.
   std::unique_ptr<Job> Next(const Idle& idle);
-  /// Returns the next time at which Next can return a job without any other event before.
+  /// Returns when Next can return a job if nothing happens until then. The time can be in the past.
   std::optional<Instant> NextAt(const Idle& idle) const;
 
-  /// Reports that time has passed. `busy_with`: the member with which the line was busy, or null.
+  /// Tells Turns for how long the line was busy with a failing device. `busy_with`: the member that
+  /// the line was busy with, or null.
   void OnTime(Duration passed, const Member* busy_with);
 
   /// True if the failed request of `job` is to be sent again now. The caller has checked that the
   /// job has retries left. `more`: number of extra retries, given because replies to earlier
-  /// requests may come first. False in these cases; the first two do not apply if `more` is above
-  /// 0:
-  /// * The job is a background read, and there is not enough time before the next poll.
-  /// * A poll of a device that answers is due, and the last task of this device failed or another
-  ///   device fails. Part of the bus may be cut off then, and retries would only cost time.
+  /// requests may come first. Returns false in these cases:
+  /// * `more` is 0, the job is a background read, and there is not enough time before the next
+  ///   poll.
+  /// * `more` is 0, a poll of a device that answers is due, and the last task of this device failed
+  ///   or another device fails. Part of the bus may be cut off, and retries would only cost time.
   /// * A short write of a client waits (a start or stop), and the request can be sent again later.
   bool MayRepeat(const Job& job, int more, Instant now) const;
-  /// True if a read that a client sends to this offline member can be its next probe now.
+  /// True if this offline member is to be probed now, so that a client's read can be sent as the
+  /// probe.
   bool MayProbe(const Member& member, const Idle& idle) const;
-  /// Call when the line is idle after a probe. Charges the time for which the probe delayed other
-  /// work.
+  /// Call when the line is idle after a probe. Charges the budget of the probe with the time for
+  /// which it delayed other work.
   void ChargeProbe(Instant now);
-  /// Returns how long other work had to wait, if a probe used the line from `from` to `to`.
+  /// Returns for how long a probe that used the line from `from` to `to` delayed other work.
   Duration Waited(Instant from, Instant to) const;
-  /// True if a waiting short write of a client is to be sent before a read of a client.
+  /// True if a waiting short write of a client (a start or stop) is to be sent before clients'
+  /// reads.
   bool ShortWriteGoesFirst(Instant now) const;
   Probes::Facts FactsOf(const Idle& idle) const;
 

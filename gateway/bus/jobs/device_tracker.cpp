@@ -142,8 +142,8 @@ void DeviceTracker::OnExchange(EndedExchange& ended, Instant now) {
   if (ended.answered() && ended.routed) agenda_.routes.OnAnswered(now);
 }
 
-/// Charges the line time of a device's first failed exchange to the turns. Chooser::OnTime charges
-/// the time of later failures, because the device counts as failing from here on.
+/// Counts the line time of a device's first failed exchange as time of failing devices (Turns).
+/// Chooser::OnTime counts later failures, because the device counts as failing from here on.
 void DeviceTracker::Charge(const EndedExchange& ended, Instant now) {
   const Member& member = *ended.member;
   if (member.device == nullptr) return;
@@ -229,8 +229,8 @@ void DeviceTracker::OnReplaced(Device& device, Now now) {
   device.conversation->OnReconnect();
   if (device.LearnTimes()) accounts_.states.ShowTimes(device);
   Plan(device);
-  // Points that no query reads, such as commands, get bad_waiting: their quality would never change
-  // from that of a replaced device to another.
+  // Points that no query reads, such as commands, get bad_waiting: no reading would ever replace
+  // the quality of a replaced device.
   std::vector<Quality> qualities(device.config->points.size(), Quality::bad_waiting);
   for (const protocols::Query& query : device.planned_queries) {
     for (const std::size_t point : query.points) {
@@ -255,7 +255,7 @@ void DeviceTracker::OnHeard(Device& device, Instant now) {
   accounts_.states.OnMemory(device);
   device.LearnTimes();
   if (!accounts_.states.OnTrouble(device)) return;
-  // The trouble has ended: the values so far came from a wrong device.
+  // A trouble of the device, such as a wrong type, has ended. Values read during it are doubtful.
   DoubtAll(device, now);
   if (device.in_use) agenda_.schedule.Restart(device.place, now);
 }
@@ -296,9 +296,9 @@ void DeviceTracker::Doubt(const Device& device, const std::vector<std::size_t>& 
   store_.Doubt(device.index, points, now);
 }
 
-/// The device did not answer, so another device may be there now. Points that are read once or
-/// daily would show the values of the old device for a long time, so they become uncertain and are
-/// read again.
+/// A task got no reply, so another device may be there now. Points that are read once or daily
+/// would show the values of the old device for a long time, so they become uncertain and are read
+/// again.
 void DeviceTracker::DoubtSeldom(Device& device, Instant now) {
   std::vector<std::size_t> points;
   for (std::size_t point = 0; point < device.config->points.size(); ++point) {
@@ -344,8 +344,8 @@ void DeviceTracker::RestartWithPlan(Device& device, Instant now) {
   if (device.in_use) agenda_.schedule.RestartAsPlanned(device.place, now);
 }
 
-/// Makes a new plan of the queries of a device. Its parked jobs end; read-backs and polls of seldom
-/// groups among them are scheduled again, other polls come again anyway.
+/// Makes a new plan of the queries of a device, and ends its parked jobs. Parked read-backs and
+/// parked polls of the groups once and daily are scheduled again; other polls come again anyway.
 void DeviceTracker::Replan(Device& device, Instant now) {
   const auto parked = agenda_.parked.TakeAll(device);
   for (const auto& job : parked) {

@@ -29,24 +29,24 @@ class DeviceTracker {
                 Accounts& accounts);
 
   void OnOpened(Instant now);
-  /// Call when the port has closed. No job must be under way.
+  /// Call when the port has closed, after the end of the job under way.
   void OnClosed(Instant now);
   /// A telegram that a user sent by hand got no reply. The reply may come later and look like the
-  /// reply to a poll of any device, so probes are sent before polls.
+  /// reply to a poll of any device, so a probe of each device goes before its polls.
   void OnUnansweredTelegram(Instant now);
   /// A request that may write was sent. `answered`: it was answered; else the device may have
-  /// carried it out as well. In all devices with the same address, the points that the request may
-  /// change become uncertain and are read again soon. If these points are unknown, all points of
-  /// the device are read again; without an answer only the groups `once` and `daily`. `by`,
-  /// `writes`: the device and its written points; null and empty if the request was not made from
-  /// writes to points.
+  /// carried it out nevertheless. In each device of this protocol, the points that the request may
+  /// change become uncertain and are read again soon. If these points are unknown, the device is
+  /// polled again soon; without an answer only its groups `once` and `daily`. `by`, `writes`: the
+  /// written device and points; null and empty if a client of a route made the request.
   void OnWritten(const protocols::Protocol& protocol, View request, const Device* by,
                  std::span<const PointWrite> writes, bool answered, Instant now);
-  /// Call after a telegram by hand. Does the same as OnWritten, but if the changed points are
-  /// unknown, all points of the device become uncertain until they are read again.
+  /// Call after a user has sent a telegram by hand. In each device of this protocol, the points
+  /// that the telegram may change become uncertain until they are read again; all points if it is
+  /// unknown which.
   void OnTelegram(const protocols::Protocol& protocol, View telegram, Instant now);
-  /// Call first when an exchange of any kind has ended, before it is counted. Learns from it, and
-  /// sets `patience` and `lags` of `ended`.
+  /// Call first when an exchange of any kind has ended, before it is counted. Updates what is known
+  /// of the member and of late replies, and sets `ended.patience` and `ended.lags`.
   void OnExchange(EndedExchange& ended, Instant now);
   /// A task (a request with its retries) has ended. The member may go offline or return.
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
@@ -55,23 +55,25 @@ class DeviceTracker {
   void OnUnasked(Device& device, Outcome outcome, const std::string& reason, Instant now);
   /// Another device answers in place of `device`, so no value of the old device is valid.
   void OnReplaced(Device& device, Now now);
-  /// Schedules the next background read of the device. Call when its due time may have changed.
+  /// Schedules the next background read of the device. Call when the due time of this read may have
+  /// changed.
   void PlanBackground(const Device& device);
   /// The device has answered, so its conversation may have found a trouble of the device, such as a
   /// wrong type, or the end of a trouble.
   void OnHeard(Device& device, Instant now);
   /// The conversation of the device has received its saved memory after a restart.
   void OnRecalled(Device& device);
-  /// Handles bytes that belong to no exchange. The result can contain a warning for the user.
+  /// Handles bytes that belong to no exchange, such as a late reply. The result can contain a
+  /// warning for the user.
   LateReplies::StrayEffects ApplyStray(const StrayBytes& stray, Instant now);
   void OnSecondReply(Instant now);
   /// Makes these points uncertain until they are read again.
   void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);
   void ReadBack(const Device& device, const std::vector<std::size_t>& points);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
-  /// A user has asked for polls of the device now. The device may have been in use before.
+  /// A user has enabled the device, even if it was enabled before. All its polls are due now.
   void OnEnabled(Device& device, bool open, Instant now);
-  /// The queries of the conversation have changed. Polls continue where they were.
+  /// The queries of the conversation have changed. Polls keep their times: see Schedule::GoOn.
   void GoOnWithPlan(Device& device, Instant now);
   /// The queries of the conversation have changed. All of them are due now.
   void RestartWithPlan(Device& device, Instant now);
@@ -80,9 +82,10 @@ class DeviceTracker {
   void ShowLine(Instant now) { accounts_.line.Show(agenda_.probes.NoticeBound(now)); }
 
   /// Schedules a group of queries again, because some of its points could not be read.
-  /// * Groups that are read seldom: after the slow period, for the daily group at least 5 min.
+  /// * Groups once and daily: after the `slow` period of the device, at most an hour; daily: at
+  ///   least 5 min.
   /// * Other groups: after an hour.
-  /// `soon`: after 8 s, 16 s ... up to the time above.
+  /// `soon`: already after 8 s, then after 16 s and so on, up to the time of the list.
   void Repeat(const Device& device, config::Group group, bool soon, Instant now);
 
  private:

@@ -54,8 +54,8 @@ JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>
     effects.read_soon.push_back({device.place, job.task.query});
     return result;
   }
-  // A probe returned these points, so the queries that read them are searched. Their numbers are
-  // those of `device.planned_queries`, because the conversation may already have a newer plan.
+  // A probe has returned these points. The queries that read them are searched in
+  // `device.planned_queries`, because the conversation may already have other queries.
   const auto& queries = device.planned_queries;
   for (const std::uint32_t point : points) {
     for (std::size_t query = 0; query < queries.size(); ++query) {
@@ -77,9 +77,9 @@ ReplyEffects Intake::Take(const Job& job, Device& device, protocols::Answer answ
   return effects;
 }
 
-/// Writes the readings of a reply to the point store. Their time is when the reply came, or earlier
-/// if they may be older: by the time since an earlier try that the reply may answer, and by the
-/// round trip if the reply came after the reply time.
+/// Writes the readings of a reply to the point store. Their time is the arrival of the reply, minus
+/// the time since the oldest try that the reply may answer, and minus the round trip if the reply
+/// came after the reply time.
 void Intake::Store(const Job& job, Device& device, const protocols::Answer& answer, Instant now,
                    ReplyEffects& effects) {
   const Job::Attempt& attempt = job.attempt;

@@ -28,25 +28,25 @@ class Job;
 // events unasked are in gateway/bus/jobs/unasked.h.) Example:
 //
 //   exchange                                 what follows
-//   asked at 10 s: no event is left          the device was drained at 10 s
+//   asked at 10 s: no event is left          the device was drained (empty) at 10 s
 //   asked at 20 s, answered at 20.1 s: A     batch A is to be saved; it is at most 10.1 s old
 //   A is saved; the batch before was B       Brought::news: the device may have further events
 //   A is saved; the batch before was A       Brought::no_news: the device repeats its last batch
 class EventDelivery {
  public:
   struct Exchange {
-    Instant asked{};          ///< when the device was asked; it may still contain events from later
+    Instant asked{};          ///< when the device was asked; it may contain later events
     Now answered{};           ///< when the reply ended
     bool background = false;  ///< the exchange was a background read, not a request for events
   };
-  /// Takes the events of a reply. Returns them with their greatest age, to be saved; empty: the
-  /// reply contained no events.
+  /// Takes the events of a reply. Returns the events to be saved, with the greatest age that they
+  /// can have; empty: the reply contained no events.
   std::optional<ReportedEvents> Take(const Device& device, protocols::EventBatch batch,
                                      const Exchange& exchange);
-  /// The latest batch of the device is saved on disk (it may be from before a restart). `said`: the
-  /// text of this batch, see EventBatch.
+  /// The latest batch of the device is saved on disk (it may be from before a restart). `said`:
+  /// EventBatch::said of this batch. The result tells whether the device may have further events.
   Schedule::Brought OnKept(const Device& device, const std::string& said);
-  /// Another device answers in place of `device`, so the time of the last drain is unknown.
+  /// Another device answers in place of `device`, so it is unknown when it last had no events left.
   void OnReplaced(const Device& device) { entries_[device].drained_at.reset(); }
 
  private:
@@ -83,7 +83,7 @@ class Intake {
   Schedule::Brought OnKept(const Device& device, const std::string& said) {
     return delivery_.OnKept(device, said);
   }
-  /// The device was asked for events at `asked` or later, and all its events are saved.
+  /// All events that the device had before `asked` are saved on disk.
   void OnDrained(const Device& device, Instant asked) { listener_.OnDrained(device.index, asked); }
   void OnReplaced(const Device& device) { delivery_.OnReplaced(device); }
 

@@ -1,5 +1,6 @@
 // The state table of `Job`. The functions follow in the order of the life of a job. A late reply is
-// the reply to an earlier request, which may still come (gateway/bus/replies/late_replies.h).
+// the reply to an earlier request (gateway/bus/replies/late_replies.h). A postponed job waits for a
+// probe of its device. A proof is the answer to a probe; it shows that replies come in order.
 //
 // clang-format off
 //   the job               what happens                        next
@@ -17,7 +18,7 @@
 //   waiting, quiet        its deadline passed, its client     broken off: it closes what it has opened,
 //                         left, its device was disabled, or   then ends as not_sent or denied; as unknown
 //                         an interlock forbids the write      if it may have written
-//   quiet: a routed read  a short write came                  back in its queue
+//   quiet: a routed read  a start or stop came                back in its queue
 //   under way             a good reply; a request remains     waiting, for the next request
 //   under way             a good reply; no request remains    ended with the outcome of the reply
 //   under way             a good reply with events or         postponed behind a probe of its device,
@@ -33,7 +34,7 @@
 //                         probe of an earlier task            postponed job continues
 //   under way, not routed silence, damage, or the reply to    waiting, to be repeated: MayRepeat
 //                         another request
-//   under way, not routed the same, and no retry is left      a request that closes what is open; or ended
+//   under way, not routed a failure; no retry is left         a request that closes what is open; or ended
 //   under way: a routed   damage                              back in its queue, as often as there are
 //   read                                                      retries
 //   under way, routed     silence, damage, or the reply to    ended: its client decides
@@ -129,9 +130,9 @@ NextStep Job::BreakOff(const Withheld& withheld, Instant now) {
   return NextStep::Finish(Outcome::no_reply, withheld.why);
 }
 
-/// True if the job is parked while a late reply of its device may come, so that the line can do
-/// other work. Only reads are parked, only if replies carry addresses, and only if no similar job
-/// is parked.
+/// True if the job is to be parked (ParkedJobs) while a late reply of its device may come, so that
+/// the line can do other work. Only reads are parked, only if replies carry addresses, and only if
+/// no similar job is parked.
 bool Job::WaitsBesideLine(const LineContext& line) const {
   const bool reads = task.kind == protocols::Task::Kind::poll ||
                      task.kind == protocols::Task::Kind::events ||
@@ -248,16 +249,16 @@ Outcome Job::Judge(LineContext& line, View frame, const EchoWatch& echo, Instant
 Outcome Job::JudgeForm(LineContext& line, View frame, const EchoWatch& /*echo*/) {
   protocols::Conversation& conversation = *member->device->conversation;
   const Outcome outcome = conversation.Check(step.request.bytes, frame);
-  // A reply of another form is accepted if no other reply can come now. A configured profile that
-  // does not fit the device leads to such replies as well.
+  // A reply of an unexpected form is used if no other reply can come now. The configured profile
+  // may not fit the device.
   if (outcome == Outcome::unexpected && line.owed.whose.MayBeOdd(asked())) {
     return conversation.Interpret(step.request.bytes, frame).outcome;
   }
   return outcome;
 }
 
-/// Ends the exchange as `unexpected`, because the reply may belong to an earlier request. A refusal
-/// in the reply is stored with its reason.
+/// Ends the exchange as `unexpected`, because the reply may belong to an earlier request. If the
+/// reply is a refusal, its reason is stored.
 Outcome Job::LeaveUnproven(View frame, Outcome outcome) {
   protocols::Answer& answer = attempt.answer;
   answer.reason = "the reply may belong to an earlier request, so it is not used";
@@ -277,8 +278,8 @@ Outcome Job::Read(View frame, Instant now) {
   answer = planned ? conversation.OnFrame(task, step.request, frame, now)
                    : conversation.Interpret(step.request.bytes, frame);
   unplanned = !planned;
-  // The query may no longer exist, or the reply may belong to another request. Its readings and
-  // events are dropped then.
+  // Readings and events are dropped if the query no longer exists, or if the reply may belong to
+  // another request.
   if (!planned || !attempt.verdict.proven) {
     answer.readings.clear();
     answer.batch.reset();
@@ -344,9 +345,9 @@ NextStep Job::Repeat() {
 
 // ---------------------------------------------------------------- answer
 
-/// Accepts a good reply. If the request was a retry or an exchange of the job failed, another
-/// device may have answered, so new values and events wait for a probe that asks for the name of
-/// the device, if the device has a name.
+/// Accepts a good reply. After a retry or a failed exchange of the job, another device may have
+/// answered. If the device has a name, new values and events then wait for a probe that asks for
+/// this name.
 NextStep Job::Answer(LineContext& line, const ExchangeEnd& end, Now now) {
   attempt.answered_at = {now.instant - end.since_reply, now.wall - end.since_reply};
   attempt.round_trip = end.round_trip;
@@ -363,8 +364,8 @@ void Job::OnReplaced(LineContext& line, Now now) {
   line.intake.OnReplaced(*member->device);
 }
 
-/// True if a poll has to be sent again, because the line lags and its reply may answer a request
-/// from long ago.
+/// True if a poll has to be sent again: the replies of the device come some requests late, and this
+/// reply may answer a request that is older than the ceiling (LineTimes).
 bool Job::MustRepeat(const LineContext& line, Instant now) const {
   const bool reads = task.kind == protocols::Task::Kind::poll && !attempt.answer.readings.empty();
   const bool much_older =
@@ -423,9 +424,9 @@ NextStep Job::Fail(LineContext& line, const ExchangeEnd& end, Instant now) {
   const bool heard_itself = attempt.answer.outcome == Outcome::unexpected;
   attempt.answer = {};
   had_failure = true;
-  // The reply to another request came, so the reply to this request comes one reply later. Retries
-  // are allowed for the replies before it. This does not hold if this request was answered in an
-  // odd form.
+  // The reply to an earlier request came. Further such replies may come first, and one retry more
+  // is allowed for each. If the device answered this request in an unexpected form, no such reply
+  // came.
   const bool nearer = end.outcome == Outcome::unexpected && !attempt.verdict.odd;
   const int before = nearer ? line.owed.whose.RepliesBefore(asked(), heard_itself) : 0;
   if (!MayRepeat(line, std::min(before, kMostTriesMore), now)) return GiveUp(line, end, now);
@@ -472,7 +473,8 @@ NextStep Job::GoOn() {
 
 EndEffects Job::EffectsOf(const JobEnd& end, Instant now) {
   EndEffects effects;
-  // A device that answers in an odd form is not absent, so such a failure is not counted.
+  // A device that answers in an unexpected form is not absent, so the failure does not count for
+  // its state.
   effects.judges_member = judges_member && !attempt.verdict.odd;
   End(end, now, effects);
   return effects;

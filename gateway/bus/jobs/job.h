@@ -8,12 +8,11 @@
 //   Ask        a request is needed               gets the request from the conversation
 //   Depart     the line is idle                  send, hold, park, or a probe first
 //   Start      the line gets the exchange        the exchange with its times
-//   Withdraw   the line is not quiet yet         the request may be too late, or forbidden now
-//   Send       the line was quiet                the request
-//   Judge      a whole frame has come            its outcome, and to which request it belongs
-//   Ended      the exchange is over              the exchange as one value
-//   Conclude   all observers were called         Answer or Fail: next request, repetition, or end
-//   Take       an answer that waited counts      next request, or end
+//   Withdraw   the line is not quiet yet         ends the job if the request is too late or
+//   forbidden Send       the line was quiet                the request Judge      a whole frame has
+//   come            its outcome, and to which request it belongs Ended      the exchange is over
+//   the exchange as one value Conclude   all observers were called         Answer or Fail: next
+//   request, repetition, or end Take       a probe confirms the answer       next request, or end
 //   Finish     the job is over                   applies what follows (End)
 //
 // The next step is a value (NextStep, EndEffects), which `JobRunner` and Apply carry out. job.cpp
@@ -49,7 +48,7 @@ namespace baudgate::bus {
 class Job;
 struct LineContext;
 
-/// The reason why a request is not sent, and the result that the write ends with.
+/// The reason why a request is not sent, and the result of the write if the request belongs to one.
 struct Withheld {
   WriteEnd end = WriteEnd::not_sent;
   std::string why;
@@ -68,13 +67,14 @@ struct NextStep {
     send,
     hold,  ///< the line stays idle until no late reply can come; then the request is sent
     ask,   ///< the job needs its next request, or the present one again, from the conversation
-    probe_first,    ///< a probe of the device is sent before this job continues
-    go_unproved,    ///< no probe is possible: the job behind the probe continues without; reason in
-                    ///< `end`
+    probe_first,  ///< a probe of the device is sent before this job continues
+    /// No probe is possible, so the job that waits behind the probe continues without it. `end`
+    /// contains the reason.
+    go_unproved,
     take_answer,    ///< the answer that waited for a probe is accepted
     park,           ///< the job is interrupted until `until`, and the line does other work
     back_in_queue,  ///< the job ends; its requests of clients wait in the queue again
-    finish,         ///< the job ends as `end` describes
+    finish,
   };
 
   static NextStep Wait() { return {}; }
@@ -100,26 +100,27 @@ struct NextStep {
 
 // `EndEffects` contains the consequences of the end of a job. The function End of each kind of job
 // fills it in. Job::Apply carries out the fields in their order, except `write`, which
-// WriteJob::Finish carries out. After `background` Job::Apply plans the next background read and
-// informs the probes.
+// WriteJob::Finish carries out. After `background` it also plans the next background read, and
+// tells Probes that a probe has ended.
 //
 //   kind         consequences of its end
 //   poll         line time of the fast round; the query is counted; a seldom group (once, daily)
 //                that was not read is read again
 //   read-back    a seldom group as above; without an answer its points become uncertain; if its
 //                query is gone, queries of the new plan read its points
-//   events       only those of all kinds
+//   events       none of its own
 //   background   how long its exchange took, or that it was lost or not sent
-//   probe        only those of all kinds; if a job waits behind it, the next step of that job
+//   probe        none of its own; if a job waits behind it, the next step of that job
 //   write        its points are uncertain until they are read; the command is confirmed, goes on,
 //                or is answered. Without an answer, polls go before the next write
-//   routed       its clients are answered. A write without an answer: polls go first
+//   routed       its clients are answered. After a write without an answer, polls go first
 //
 // Each end also shows whether the device answers, unless `judges_member` is false.
 struct EndEffects {
   struct Background {
     bool sent = false;
-    Duration took{};  ///< line time including the probe before the job; zero: it was not answered
+    /// Line time of the job and of the probe before it. Zero: the job was not answered.
+    Duration took{};
     bool proved = false;
   };
   struct Poll {
@@ -129,7 +130,7 @@ struct EndEffects {
   /// The group is to be polled again, because a part of it was not read.
   struct Repeat {
     config::Group group{};
-    bool soon = false;  ///< Schedule::RepeatSoon; the rule is in gateway/bus/jobs/poll.h
+    bool soon = false;  ///< after some seconds: see DeviceTracker::Repeat
   };
   /// Consequences for the points of a write command when one of its requests has ended.
   struct Write {
@@ -137,10 +138,11 @@ struct EndEffects {
       answer,  ///< the command ends, and its client gets `result`
       /// The device has confirmed the command; its client is answered after the read-back.
       confirm,
-      go_on,  ///< the command continues with its remaining points
+      go_on,
     };
-    std::vector<std::size_t> unknown;   ///< points whose values are unknown until they are read
-    std::vector<PointWrite> confirmed;  ///< writes whose values count as confirmed by a reading
+    std::vector<std::size_t> unknown;  ///< points whose values are unknown until they are read
+    /// Writes that succeeded; JumpCheck then accepts their values.
+    std::vector<PointWrite> confirmed;
     Next next = Next::answer;
     WriteResult result{};
   };
@@ -152,7 +154,7 @@ struct EndEffects {
   std::vector<std::size_t> read_again;  ///< points of a read-back whose query no longer exists
   std::vector<std::size_t> doubt;
   bool polls_first = false;   ///< polls of the device go before the next write to it
-  bool judges_member = true;  ///< the end shows whether the member answers
+  bool judges_member = true;  ///< the end counts for the state of the member (online, offline)
   bool wrote = false;         ///< the request may have changed the device
   /// The points that the request wrote. Empty: the points are unknown, or the request wrote none.
   std::span<const PointWrite> written;
@@ -167,11 +169,11 @@ class Job {
     bool waiting = false;  ///< the request waits for the line to be idle
     int repeats = 0;       ///< number of retries so far
   };
-  /// The latest try of the request, and its reply. Start replaces the attempt.
+  /// The latest try of the request, and its reply. Job::Start begins a new attempt.
   struct Attempt {
     Instant began{};
-    Instant sent_at{};          ///< see Asked::sent
-    bool job_was_sent = false;  ///< `was_sent` of the job before this try
+    Instant sent_at{};  ///< when the first byte was sent; before that, when Start was called
+    bool job_was_sent = false;  ///< the value of Job::was_sent before this try
     protocols::Answer answer{};
     WhoseReply::Verdict verdict{};
     std::optional<Unproven> unproven{};
@@ -196,8 +198,8 @@ class Job {
   // ---------------- the life of a job, in order
 
   virtual NextStep Begin() { return NextStep::Ask(); }
-  /// Gets the next request from the conversation. `repeats`: number of tries that were made
-  /// already.
+  /// Gets the next request from the conversation. `repeats`: number of earlier tries of this
+  /// request.
   virtual NextStep Ask(LineContext& line, int repeats, Instant now);
   /// Called when the line is idle and the request waits. Decides whether the request is sent now.
   ///
@@ -209,7 +211,7 @@ class Job {
   ///   is not a read, and a late reply may come        the line waits
   ///
   NextStep Depart(LineContext& line, Instant now);
-  /// After Depart has returned `hold`: returns when Depart is to be called again.
+  /// Returns when Depart is to be called again after it has returned `hold`.
   std::optional<Instant> DepartsAt(const LineContext& line) const;
   /// Returns the exchange for the line. `idle_since`: the line has been idle since then.
   Exchange Start(LineContext& line, Instant idle_since, Instant now);
@@ -227,9 +229,9 @@ class Job {
   ///
   ///   the frame                            outcome
   ///   may be the echo of the request       unexpected
-  ///   is damaged, or has another form      as the conversation or the carrier decides
+  ///   is damaged, or has another form      as JudgeForm decides
   ///   may answer an earlier request        unexpected: the request is repeated
-  ///   answers this request                 as the conversation decides; it gets only such frames
+  ///   answers this request                 as the conversation decides (Read)
   ///
   /// `echo` contains whether this bus is known to echo.
   Outcome Judge(LineContext& line, View frame, const EchoWatch& echo, Instant now);
@@ -240,13 +242,13 @@ class Job {
   NextStep Take(LineContext& line, Instant now);
   virtual After Finish(LineContext& line, const JobEnd& end, Instant now);
   /// Ends a probe that the conversation cannot make. The device is not at fault, so the job behind
-  /// the probe continues without it. If that job has an answer that waits for the probe, the job
-  /// ends as busy.
+  /// the probe continues without a probe. If that job has an answer that waits for the probe, the
+  /// job ends as busy.
   virtual After GoUnproved(LineContext& /*line*/, const std::string& /*why*/, Instant /*now*/) {
     return {};
   }
-  /// Returns the consequences of the end of the job. The requests of clients are moved out of the
-  /// job; nothing else changes.
+  /// Returns the consequences of the end of the job. Moves the requests of clients out of the job;
+  /// changes nothing else.
   EndEffects EffectsOf(const JobEnd& end, Instant now);
 
   // ---------------- functions that differ by kind
@@ -255,7 +257,8 @@ class Job {
   /// True for writes to points, their read-backs, and short writes (a start or stop) of clients.
   virtual bool is_urgent() const { return false; }
   virtual bool writes() const { return false; }
-  /// True if the request comes from a client of a route. The reply is not read by a conversation.
+  /// True if the request comes from a client of a route. The client gets the reply; no conversation
+  /// reads it.
   virtual bool is_routed() const { return false; }
   virtual bool is_read_back() const { return false; }
   virtual std::optional<config::Group> group() const { return std::nullopt; }
@@ -273,16 +276,17 @@ class Job {
   /// Called directly before the request is put on the wire. Returns why it must not be sent; empty:
   /// it is sent. `held`: the request was given to the port, and has waited for a connection since.
   virtual std::optional<Withheld> WhyNotSend(Instant now, bool held = false) const;
-  /// Returns the end of the time in which requests are retried. Empty: Chooser::MayRepeat decides
-  /// about each retry.
+  /// Returns until when failed requests are retried. Empty: Chooser::MayRepeat decides about each
+  /// retry.
   virtual std::optional<Instant> RepeatsUntil() const { return std::nullopt; }
   /// True for a read of a client if a waiting short write (a start or stop) is to be sent first.
   virtual bool LetsPass(const LineContext& /*line*/, Instant /*now*/) const { return false; }
-  /// Called when a second, different reply has come, so one of the two belongs to another request.
-  /// An answer that waits behind this probe is then not accepted.
+  /// Called when two different replies have come, so one of them belongs to another request. If an
+  /// answer waits behind this probe, it is not accepted.
   virtual void OnSecondReply() {}
   virtual void PutBack(LineContext& /*line*/) {}
-  /// The client has left. `unsent`: the request under way has not left this machine yet.
+  /// The client has left, so its requests leave the job. `unsent`: the request under way has not
+  /// left this machine yet.
   virtual void Abandon(std::uint64_t /*client*/, bool /*unsent*/) {}
   /// Finds the query of `task` again after the queries of the device have changed, and updates its
   /// number. If the query no longer exists, the number becomes that of no query.
@@ -290,9 +294,8 @@ class Job {
 
   // ---------------- facts
 
-  /// True if the task has sent a request before, so the conversation may have to close something.
+  /// True if the task has sent a request before, so the conversation may have to close a session.
   bool begun() const { return requests > 1 || step.repeats > 0; }
-  /// True if the request expects no reply.
   bool is_broadcast() const {
     return step.request.expect.reply == protocols::Expectation::Reply::none;
   }
@@ -308,13 +311,14 @@ class Job {
   protocols::Task task;
   std::vector<std::size_t> points;
   Instant began;
-  /// The budget of probes that pays for this job; empty: the member is not offline.
+  /// Set if the job probes an offline member: the kind of the probe, which decides whose budget of
+  /// line time it uses.
   std::optional<Probes::Kind> probe_budget;
-  bool renews_proof_early = false;  ///< as in `Asked`: a proof is renewed early
+  bool renews_proof_early = false;  ///< see Asked::renews_proof_early
   bool proved = false;              ///< a probe before this job was answered
-  bool unprovable = false;          ///< as in `Asked`: no probe is possible before the job
+  bool unprovable = false;          ///< a probe before this job is necessary, but not possible
   int requests = 0;                 ///< number of requests of the task, without retries
-  int broadcasts = 0;               ///< how many of these requests were broadcasts
+  int broadcasts = 0;               ///< number of broadcasts among `requests`
   int parkings = 0;                 ///< how often the job was parked because the device was busy
   bool was_sent = false;
   bool unplanned = false;       ///< the query no longer existed when its reply came
@@ -325,7 +329,7 @@ class Job {
   /// True if the request got no answer because the device does not have its points: it answers
   /// other queries, but has never answered this one.
   bool blames_query = false;
-  Duration wire{};  ///< line time of the answered exchanges of the job
+  Duration wire{};  ///< line time of the answered exchanges of the job and of its probe
 
   Step step;
   Attempt attempt;
@@ -338,7 +342,8 @@ class Job {
 
   friend class ProbeJob;
 
-  /// Returns the outcome of the frame from its form, as the conversation or the carrier decides.
+  /// Returns the outcome of the frame by its form. The conversation decides; for a request of a
+  /// route, the carrier (protocols::PduCarrier).
   virtual Outcome JudgeForm(LineContext& line, View frame, const EchoWatch& echo);
   /// Reads a reply that is known to answer this request, and stores its content in `attempt`.
   virtual Outcome Read(View frame, Instant now);
@@ -348,18 +353,20 @@ class Job {
   virtual bool MustRepeat(const LineContext& line, Instant now) const;
   virtual void OnReplaced(LineContext& line, Now now);
   virtual void OnSend(LineContext& /*line*/) {}
-  /// Stores the latest answer of the device about the points that the job writes.
+  /// In a write: stores the latest answer of the device. `may_have_acted`: the device has refused
+  /// the write, but may have changed something.
   virtual void NoteTold(const JobEnd& /*told*/, bool /*may_have_acted*/) {}
   virtual void OnGaveUp(const ExchangeEnd& /*end*/) {}
-  /// Called when the request is not sent after all. The job closes now what it has opened.
+  /// Called when the waiting request is not sent after all, for example after its deadline. The job
+  /// then closes a session that it has opened.
   virtual void OnWithheld(const Withheld& /*why*/) {}
-  /// Called when the failed request is not sent again. Returns the next step.
+  /// Called when the failed request is not retried.
   virtual NextStep GiveUp(LineContext& line, const ExchangeEnd& end, Instant now);
   /// Continues the job after the probe that went before it, or without it if no probe is possible.
   /// Asks the conversation for the request again.
   virtual NextStep GoOn();
 
-  /// Carries out the effects of the end, field by field. All decisions were made before.
+  /// Carries out the effects of the end, field by field, and decides nothing.
   void Apply(LineContext& line, EndEffects& effects, const JobEnd& end, Instant now);
   NextStep Repeat();
   /// True if the failed request is to be sent again now. `more`: number of extra retries, given
@@ -382,8 +389,7 @@ class JobSource {
   virtual ~JobSource() = default;
   /// Called when the line is idle. Returns a job, or null if no job of this kind can be sent now.
   virtual std::unique_ptr<Job> Take(const Idle& idle) = 0;
-  /// Returns the next time at which Take can return a job without any other event. The time can be
-  /// in the past.
+  /// Returns when Take can return a job if nothing happens until then. The time can be in the past.
   virtual std::optional<Instant> NextAt(const Idle& idle) const = 0;
 };
 

@@ -66,7 +66,7 @@ class PollJob final : public QueryJob {
   const bool last_of_round_;
 };
 
-// `EventsJob` asks a device for its events. It is due as often as the fast polls.
+// `EventsJob` asks a device for its events. It is due as often as polls of the group `fast`.
 class EventsJob final : public Job {
  public:
   EventsJob(Member& who, Instant now) : Job(who, {.kind = protocols::Task::Kind::events}, now) {}

@@ -13,8 +13,8 @@ NextStep ProbeJob::Ask(LineContext& line, int repeats, Instant now) {
   return asked || !goal_ ? next : NextStep::GoUnproved(next.end.reason);
 }
 
-/// A probe before another job is sent again while its reply may answer the probe of an earlier
-/// task. Through a server whose replies lag, two tasks may differ by one probe only.
+/// A probe that goes before another job is repeated while its reply may answer the probe of an
+/// earlier task. This happens behind a server whose replies come some requests late.
 bool ProbeJob::MustRepeat(const LineContext& line, Instant now) const {
   const protocols::Answer& answer = attempt.answer;
   const bool wants_peace = answer.outcome == Outcome::busy || answer.wait > Duration::zero();
@@ -40,9 +40,9 @@ NextStep EndUnproved(Job& job, Outcome outcome, const std::string& reason, Insta
 
 }  // namespace
 
-/// Ends the probe and decides how the job behind it continues. An answered probe does not count for
-/// the state of a device that was seen before, because answered probes do not make up for failed
-/// polls.
+/// Ends the probe, and decides how the job that waits behind it continues. An answered probe does
+/// not make up for failed polls, so it counts for the state of the device only if the device was
+/// never seen.
 Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
   if (!goal_) return Job::Finish(line, end, now);
   const auto& [outcome, reason] = end;
@@ -54,8 +54,8 @@ Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
   std::unique_ptr<Job> job = std::move(goal_);
   job->proved = true;
   job->wire += wire;
-  // No request is sent while the device wants none, for example after a wrong password, because a
-  // meter counts the attempts.
+  // The device wants no requests for some time, for example after a wrong password, because a meter
+  // counts the attempts. Only a write goes on, and only after an outcome `ok`.
   const bool in_peace = line.agenda.schedule.held_until(member->place) > now;
   const bool allowed = !in_peace || (job->writes() && outcome == Outcome::ok);
   NextStep next;

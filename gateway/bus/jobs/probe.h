@@ -1,6 +1,6 @@
-// `ProbeJob` sends one small request to a device. It finds out whether an absent device is back. It
-// can also go before another job, which waits behind it: then it finds out which device answers,
-// and whether replies come in order.
+// `ProbeJob` sends one small request to a device. If an absent device answers the probe, it is
+// back. A probe can also go before another job, which waits behind it. The answer then shows which
+// device is there, and whether replies come in order.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +23,7 @@ class ProbeJob final : public Job {
   ///
   ///   the probe                     the job behind it
   ///   was answered, in order        continues
-  ///   failed                        ends as the probe
+  ///   failed                        ends with the outcome of the probe
   ///   was refused, or unsupported   ends as no_reply: it was not sent
   ///   was answered busy or ok, and  ends as busy
   ///   the device wants no requests

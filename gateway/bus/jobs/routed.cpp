@@ -75,8 +75,8 @@ NextStep RoutedJob::Answer(LineContext& line, const ExchangeEnd& end, Now /*now*
 
 /// A read of a client whose reply was damaged is put back into the queue, as often as the member
 /// has retries. After silence nothing is sent again, because the client may want something else by
-/// now. The failure does not count for the state of the slave if the slave need not answer this
-/// function, or sent an odd reply.
+/// now. The failure does not count for the state of the slave if slaves need not support this
+/// function, or if the reply had an unexpected form.
 NextStep RoutedJob::Fail(LineContext& line, const ExchangeEnd& end, Instant /*now*/) {
   attempt.answer = {};
   had_failure = true;
@@ -101,8 +101,8 @@ bool RoutedJob::IsDeclined(const JobEnd& end) const {
 void RoutedJob::End(const JobEnd& end, Instant /*now*/, EndEffects& effects) {
   effects.polls_first = !ProvesLife(end.outcome) && !is_read_;
   effects.wrote = !is_read_ && was_sent && !IsDeclined(end);
-  // The request was not sent, but has an outcome of an answer: it comes from the probe before the
-  // request. The client gets no_reply.
+  // If the request was not sent, an outcome such as ok or refused comes from the probe before the
+  // request. The client then gets no_reply.
   const bool of_probe = !was_sent && ProvesLife(end.outcome);
   const Outcome outcome = of_probe ? Outcome::no_reply : end.outcome;
   bool shared = false;

@@ -53,7 +53,7 @@ class RoutedJob final : public Job {
   NextStep Answer(LineContext& line, const ExchangeEnd& end, Now now) override;
   NextStep Fail(LineContext& line, const ExchangeEnd& end, Instant now) override;
   void End(const JobEnd& end, Instant now, EndEffects& effects) override;
-  /// Called after the probe: the request of the client is unchanged and waits for the line again.
+  /// Called after the probe before this job: the request of the client waits for the line again.
   NextStep GoOn() override { return NextStep::Wait(); }
 
  private:
@@ -65,8 +65,7 @@ class RoutedJob final : public Job {
   const bool is_read_;
   Bytes reply_;
   bool odd_ = false;  // the slave has answered in a form that does not fit the request
-  // Whether the latest reply may answer a lost request instead: one with other bytes, or one with
-  // the same bytes as the present request.
+  // The lost requests that the latest reply may answer in place of the present request.
   LostReplies::Older older_;
   std::size_t replies_ = 0;
 };
@@ -78,9 +77,8 @@ class RoutedJobs {
       : roster_(roster), agenda_(agenda), late_(late) {}
 
   Turns::Waiting Waiting() const;
-  /// True if a waiting request of a client can be sent now. The request must wait if its slave is
-  /// offline or may still send a late reply; a write also waits for earlier writes, and for polls
-  /// that go before it.
+  /// True if a waiting request of a client can be sent now; MayGo in gateway/bus/jobs/routed.cpp
+  /// has the conditions.
   bool AnyMayGo(Instant now) const;
   bool ShortWriteMayGo(Instant now) const;
   /// True if a short write (a start or stop) waits for a slave that is not offline. Short writes
@@ -89,7 +87,7 @@ class RoutedJobs {
   /// True if a client waits for this offline slave, so that probes of it are useful.
   bool IsLookedFor(const Member& slave, const Idle& idle) const;
 
-  // The Take functions return null if no such request can be sent now.
+  // Each Take function returns null if no request of its kind can be sent now.
   std::unique_ptr<RoutedJob> Take(config::Priority priority, Instant now);
   std::unique_ptr<RoutedJob> TakeUrgent(Instant now);
   /// Returns a short write for this slave, even if the slave is offline, or null.
@@ -113,8 +111,7 @@ class ShortWriteSource final : public JobSource {
   explicit ShortWriteSource(LineContext& line) : line_(line) {}
 
   std::unique_ptr<Job> Take(const Idle& idle) override;
-  /// Returns the time for the requests of all priorities, so RoutedSource::NextAt can return
-  /// nothing.
+  /// Returns the next time for all requests of routes, including those of RoutedSource.
   std::optional<Instant> NextAt(const Idle& idle) const override;
 
  private:

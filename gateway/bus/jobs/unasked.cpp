@@ -80,8 +80,8 @@ void UnaskedSide::OnSettled(Instant now) {
 }
 
 void UnaskedSide::Overhear(View bytes, Instant now) {
-  // The first bytes show whether the serial server negotiates (Telnet). If an exchange comes first,
-  // LineObserver::TakeNegotiation reports the negotiation at its end.
+  // The first bytes show whether the serial server negotiates (Telnet). At other times
+  // LineObserver::TakeNegotiation reports the negotiation at the end of an exchange.
   const bool begins = std::exchange(first_, false) && speaker_.in_use();
   if (begins && is_network_ && observer_.IsNegotiation(bytes)) {
     accounts_.line.OnNegotiation();

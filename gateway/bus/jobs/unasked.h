@@ -57,8 +57,8 @@ class EventBacklog {
 };
 
 // `Speaker` decodes the messages of a device that sends unasked, and decides which of its events
-// can wait for the disk (EventBacklog). Other events are lost; the next saved event reports their
-// number:
+// can wait for the disk (EventBacklog). Events above its limit are lost; the next event to be saved
+// reports their number:
 //
 //   1000 messages, the disk fails    1000 batches to be saved
 //   3 more, of an event each         no batch to be saved; 3 events lost, one warning
@@ -67,12 +67,10 @@ class Speaker {
  public:
   explicit Speaker(const Roster& roster) : device_(roster.Speaker()) {}
 
-  /// Returns the device that sends unasked. Null: the line has no such device.
+  /// Null: no device of the line sends unasked.
   Device* device() const { return device_; }
   /// Returns how messages of the device are recognised. Null: no device of the line sends unasked.
   const protocols::Standing* standing() const;
-  /// True if the line has a device that sends unasked and the device is enabled, so its messages
-  /// are used.
   bool in_use() const { return device_ != nullptr && device_->in_use; }
 
   struct Said {
@@ -88,9 +86,11 @@ class Speaker {
   /// Returns the content of a message. Call only while in_use().
   Said OnMessage(const UnaskedMessage& message, Now now);
   Duration rest() const { return rest_; }
-  /// Returns the next time at which OnTimer can have a result without a message.
+  /// Returns when OnTimer is to be called even if no message comes; empty: not before the next
+  /// message.
   std::optional<Instant> DueAt() const;
-  /// Returns what follows if no message came until now; empty: nothing. Its outcome is not counted.
+  /// Returns readings or events that are due without a message; empty: there are none. Their
+  /// outcome is not counted in the status.
   std::optional<Said> OnTimer(Now now);
 
   void OnKept() { backlog_.OnKept(); }
@@ -103,7 +103,7 @@ class Speaker {
   void Keep(protocols::EventBatch batch, Said& said);
 
   Device* const device_;
-  Instant last_{};             // when the last message came
+  Instant last_{};
   Duration rest_ = kLongIdle;  // time between the last two messages
   EventBacklog backlog_;
   bool told_lost_ = false;  // the user was warned that events are lost
@@ -127,17 +127,16 @@ class UnaskedSide {
 
   const protocols::Standing* standing() const { return speaker_.standing(); }
   std::optional<Instant> Deadline() const { return speaker_.DueAt(); }
-  /// True if the line has a device that sends unasked and the device is enabled.
   bool listens() const { return speaker_.in_use(); }
 
   void OnOpened();
-  /// Call for all received bytes of the line, whatever they belong to.
+  /// Call for all received bytes of the line, including those of replies.
   void Overhear(View bytes, Instant now);
   /// Takes messages that were found among the received bytes, and counts damaged messages.
   void OnInput(const UnaskedInput& heard, Now now);
   void OnTimer(Now now);
   void OnKept(const Device& device);
-  /// Call after each input. Reports that the device has no unsaved events, if this is true.
+  /// Call after each input. Reports to Intake if all events of the device are saved on disk.
   void OnSettled(Instant now);
 
  private:

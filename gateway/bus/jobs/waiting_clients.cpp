@@ -24,7 +24,7 @@ std::string DoesNotAnswer(std::uint8_t slave) {
 }  // namespace
 
 bool WaitingClients::MakeRoom(Instant now) {
-  AnswerCommands(now);  // commands whose client has left use no space after this
+  AnswerCommands(now);  // removes commands whose client has left
   return !line_.agenda.write_queue.full();
 }
 
@@ -78,7 +78,7 @@ const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   const Device& device = line_.roster.DeviceAt(command.device);
   if (command.client_left()) return kClientLeft;
   if (!device.in_use) return "the device is disabled";
-  // A device that can only be probed by writes gets the write although it is offline.
+  // A write is sent to an offline device if only a write can show that the device is back.
   const bool is_its_probe =
       !command.writes().empty() &&
       (line_.agenda.probes.CannotProbe(device) || line_.owed.whose.IsProbedByWrites(device));

@@ -32,8 +32,8 @@ class WaitingClients {
   /// Both references must stay valid for the lifetime of this object.
   WaitingClients(const PointStore& store, LineContext& line) : store_(store), line_(line) {}
 
-  /// Answers commands that need not wait any more. Returns true if the queue has space for a
-  /// command.
+  /// Answers commands that are not to be sent any more: see AnswerCommands. Returns true if the
+  /// queue has space for a command.
   bool MakeRoom(Instant now);
   /// Puts a write command into the queue. A command that only reads is answered as soon as all its
   /// points have been read, or at once if they cannot be read.
@@ -51,7 +51,8 @@ class WaitingClients {
   /// or null.
   void AnswerConfirmed(const Job* under_way);
   /// Answers routed requests whose deadline has passed, and reads from offline slaves.
-  /// `line_is_free`: no job is under way, so one of these reads can be left as the slave's probe.
+  /// `line_is_free`: no job is under way, so one read may stay in the queue, to be sent as the
+  /// probe of its slave.
   void AnswerRouted(const Idle& idle, bool line_is_free);
   /// Answers all requests, because the port is closed.
   void AnswerAll(const std::string& reason);

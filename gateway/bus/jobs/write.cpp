@@ -11,8 +11,8 @@ namespace baudgate::bus {
 std::unique_ptr<Job> WriteSource::Take(const Idle& idle) {
   Agenda& agenda = line_.agenda;
   // A command waits for earlier writes to the same slave through routes, for polls that go first,
-  // and for a late reply of the device. If only a write can show that an absent device is back,
-  // such writes are limited in number, so that they do not take the line from other devices.
+  // and for a late reply of the device. Writes to an absent device are limited in number
+  // (NextWriteAt), so that they do not take the line from other devices.
   std::optional<WriteCommand> next = agenda.write_queue.Take([&](const WriteCommand& command) {
     const Device& device = line_.roster.DeviceAt(command.device);
     const auto routed =
@@ -104,7 +104,8 @@ void WriteJob::NeverLeft() {
 
 void WriteJob::NoteTold(const JobEnd& told, bool may_have_acted) {
   may_have_acted_ = may_have_acted;
-  // An answered request that only prepares the write (a session, a password) says nothing about it.
+  // A good answer to a request that only prepares the write (opens a session, sends a password)
+  // does not show whether the write has succeeded.
   const bool counts = sent() || told.outcome != Outcome::ok;
   if (counts && !step.request.closes) told_ = told;
 }
@@ -115,7 +116,7 @@ void WriteJob::OnGaveUp(const ExchangeEnd& end) {
 
 // ---------------------------------------------------------------- end
 
-/// Returns how the exchange of the present points ended.
+/// Returns how the exchange that writes the points under_way() ended.
 /// * If a closing request got no answer, the earlier outcome of the write remains.
 /// * If the conversation can make no further request after one that may have written, the result is
 ///   unknown, unless the device has refused the write.
@@ -132,7 +133,8 @@ WriteJob::PointsEnd WriteJob::EndOfPoints(const JobEnd& end) const {
   } else {
     points.how = WriteEndOf(points.outcome, sent(), may_have_acted_);
   }
-  // Only requests that prepare the write were sent; then the conversation could not make the write.
+  // Only requests that prepare the write were sent; the conversation could not make the request
+  // that writes.
   const bool refuses = points.outcome == Outcome::unsupported && was_sent && !sent();
   if (refuses) points.how = WriteEnd::not_sent;
   points.open = closing || cut_short;
@@ -148,7 +150,8 @@ EndEffects::Write WriteJob::EndOfWrite(const JobEnd& end, Instant now) const {
     if (ok || sent()) effects.unknown.push_back(one.point);
     if (ok) effects.confirmed.push_back(one);
   }
-  // Nothing was written. If the device has a trouble (such as a wrong type), it is the reason.
+  // If nothing was written and the device has a trouble (such as a wrong type), the trouble is the
+  // reason.
   const protocols::DeviceTrouble& trouble = member->device->conversation->trouble();
   const bool in_trouble = points.how == WriteEnd::not_sent && trouble;
   const std::string name = in_trouble ? trouble.text : std::string(Name(points.outcome));

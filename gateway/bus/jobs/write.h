@@ -1,7 +1,7 @@
 // `WriteJob` writes points of one device one by one, or several in one exchange if the protocol
-// allows that. The job ends with each exchange that writes; another job continues the command.
-// WriteEndOf derives the result of a write from the outcome of its exchange. Compare and VerdictOn
-// check whether a point shows the written value afterwards.
+// allows that. Each job makes one exchange that writes; the next job continues the command with the
+// remaining points. WriteEndOf derives the result of a write from the outcome of its exchange.
+// Compare and VerdictOn check whether a point shows the written value afterwards.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -46,16 +46,16 @@ class WriteJob : public Job {
   void End(const JobEnd& end, Instant now, EndEffects& effects) override;
 
  private:
-  /// How the exchange that writes the points `first_` to `next_` ended.
+  /// How the exchange that writes the points `first_` to `next_` - 1 ended.
   struct PointsEnd {
     WriteEnd how = WriteEnd::not_sent;
     Outcome outcome = Outcome::none;
-    bool keeps_told = false;  // `outcome` is the outcome of an earlier request, not of the latest
-    // The device may still have open what the job has opened (a session, a password).
+    bool keeps_told = false;  // `outcome` comes from `told_`, not from the latest request
+    // A session that the job has opened may still be open in the device.
     bool open = false;
   };
 
-  /// True if a request was sent that may have written the present points.
+  /// True if a request was sent that may have written the points under_way().
   bool sent() const { return command_.state == WriteState::sent; }
   std::span<const PointWrite> under_way() const {
     return std::span(command_.writes()).subspan(first_, next_ - first_);
@@ -64,14 +64,15 @@ class WriteJob : public Job {
   EndEffects::Write EndOfWrite(const JobEnd& end, Instant now) const;
 
   WriteCommand command_;
-  std::size_t first_ = 0;  // index in command_.writes() of the first present point
-  std::size_t next_ = 0;   // index of the first point of a later exchange
-  /// The latest failure, refusal, or answer to a request that may write, except to requests that
-  /// close a session.
+  // This job writes the points `first_` to `next_` - 1 of command_.writes().
+  std::size_t first_ = 0;
+  std::size_t next_ = 0;
+  /// The latest outcome that shows how the write went: a failure, a refusal, or the answer to a
+  /// request that may write. Requests that close a session do not count.
   std::optional<JobEnd> told_;
   bool may_have_acted_ = false;           // the write was refused, but may have changed something
   bool may_have_written_before_ = false;  // the value of sent() before the latest try
-  // Why a request was not sent; the job then only closes what it has opened.
+  // Set if a request was not sent; the job then only closes a session that it has opened.
   std::optional<Withheld> withheld_;
 };
 
@@ -101,7 +102,7 @@ Comparison Compare(const config::Point& point, const PointWrite& write, const Va
 
 struct ReadBackVerdict {
   WriteResult result;
-  bool lost = false;  ///< a point that can be read was not read with a good value after the write
+  bool lost = false;  ///< a readable point was not read with a good value after the write
 };
 /// Compares the points of a confirmed command with the values in `record` that were read after the
 /// write. If a point has not been read since, the result is `ok` but not `read_back`.

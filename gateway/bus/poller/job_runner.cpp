@@ -61,7 +61,7 @@ void JobRunner::Receive(View bytes) {
 }
 
 void JobRunner::OnTimer() {
-  Withdraw();  // the program may have been stopped meanwhile, so the request may be too late
+  Withdraw();  // before the line can send a request that is too late by now
   Apply(line_.OnTimer(now_.instant));
 }
 
@@ -101,8 +101,8 @@ void JobRunner::Start(Instant idle_since) {
 }
 
 void JobRunner::Send() {
-  // Late replies of other devices are counted only. The line does not wait longer for such devices,
-  // because all devices would have to wait.
+  // Late replies of devices that were not asked last are only counted. They do not lengthen the
+  // wait for these devices, because all devices would have to wait.
   for (const LateReplies::Late& late : context_.owed.late_replies.TakeOthers()) {
     context_.tracker.CountLate(*late.member, late.lateness, now_.instant);
   }

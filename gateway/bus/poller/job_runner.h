@@ -44,7 +44,7 @@ namespace baudgate::bus {
 //                  61.6 s       now
 class ArrivalTime {
  public:
-  /// Call for each input. `looks`: bytes were expected before this input.
+  /// Call for each input. `looks`: bytes have been expected since the input before.
   void OnInput(Instant now, bool looks) {
     const Instant before = std::exchange(last_, now);
     if (!looks || now - before <= kLook + kLate) return;
@@ -108,7 +108,9 @@ class JobRunner final : private LineClient {
   enum class Turn : std::uint8_t {
     send,  ///< the request is to be sent now: call Start
     wait,  ///< the line stays idle until no late reply can come
-    next,  ///< the job has ended or is parked, or has a new request: call TakeTurn again
+    /// The job has ended or is parked, or has a new request. If there is no job, choose one; then
+    /// call TakeTurn again.
+    next,
   };
   /// Decides whether the request of the present job is sent now. Call only with a job, while the
   /// line is idle.

@@ -228,7 +228,8 @@ bool Poller::TakeTurn() {
   while (CountTurn(last)) {
     if (runner_.job() == nullptr) {
       if (hold_.holds()) return false;
-      context_.chooser.ChargeProbe(time_.idle().now);  // cost of a probe that was not sent
+      // In case a probe has ended without being sent.
+      context_.chooser.ChargeProbe(time_.idle().now);
       std::unique_ptr<Job> job = context_.chooser.Next(time_.idle());
       if (!job) return false;
       last = job->member;

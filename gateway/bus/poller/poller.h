@@ -66,12 +66,13 @@ class Poller {
   std::optional<Instant> Deadline() const;
 
   /// Takes the command. Returns false if kQueueLimit commands wait. If the line is closed or the
-  /// device is offline, the command is answered at once, so that it is not sent late. Exception: a
-  /// write to an offline device that only a write can find.
+  /// device is offline, the command is answered at once, so that it is not sent late. A write is
+  /// kept if only a write can show that the device is back.
   bool Submit(WriteCommand command, Now now);
   static constexpr std::size_t kQueueLimit = WriteQueue::kLimit;
-  /// Takes a request of a transparent route. The caller must keep RouteQueue::kLimit. The request
-  /// can be answered at once, if the line is closed or the slave does not answer.
+  /// Takes a request of a transparent route. The caller must not exceed RouteQueue::kLimit
+  /// requests. The request can be answered at once, if the line is closed or the slave does not
+  /// answer.
   void Submit(RoutedRequest request, Now now);
   /// The events that PollerListener::OnEvents reported are saved on disk, so the device can delete
   /// them. `said`: see Conversation::OnEventsKept.
@@ -83,7 +84,7 @@ class Poller {
   /// not sent.
   void Abandon(std::uint64_t client, Now now);
 
-  /// Starts no further job until the port has been closed and opened again. A write under way
+  /// Starts no further job until the port has been closed and opened again. The job under way
   /// continues.
   void WindUp() { hold_.WindUp(); }
   /// Cancels WindUp, because the port stays open.
@@ -92,7 +93,7 @@ class Poller {
 
   /// Starts no further job until GoOn, because a telegram by hand needs the line. Call until it
   /// returns true: the port is open, the last job has ended, the line is silent, and no late reply
-  /// can come (or the wait for it has lasted long enough).
+  /// can come, or 4 s have passed (bus::Hold).
   bool Pause(Now now);
   /// True if the request that was given to the port can still be sent after it has waited for a
   /// connection. False if, for example, its deadline has passed.

@@ -1,6 +1,6 @@
 // Causes and sentences about damaged replies: bytes lost, added or changed, and wrong check values.
-// A function that returns a double returns the share of the failures that its cause explains, 0
-// to 1.
+// A function that returns a double returns which share of a device's failed exchanges its cause
+// explains, 0 to 1.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -19,22 +19,21 @@ using enum Symptom;
 
 /// A reply that lacks more bytes than this has broken off: a converter drops single bytes only.
 constexpr std::size_t kMissing = 4;
-/// Fewer replies without their first bytes can be noise.
+/// If fewer replies lack their first bytes, noise can be the cause.
 constexpr std::size_t kFewLosses = 3;
 /// Replies up to this length, in bytes, fit into any buffer.
 constexpr std::size_t kNoBuffer = 16;
 
-/// True if replies often lack bytes and none was good. A reply that lacks two bytes can look as if
-/// it broke off before its check value.
+/// True if replies often lack bytes and no reply was good.
 bool LacksBytes(const Evidence& evidence) {
   return !evidence.answered && evidence.Count(bytes_lost) >= kMany;
 }
 
-/// True if replies up to some length are good and longer replies never are. `which`: the too long
-/// replies that did not come (silent) or came damaged.
+/// True if replies up to some length are good and longer replies never are. `which`: whether the
+/// longer replies did not come (silent) or came damaged.
 bool OnlyLong(const Evidence& evidence,
               const bus::ReplyLengths::TooLong& (bus::ReplyLengths::*which)() const) {
-  // The short replies of an offline device may be from long ago, so the lengths prove nothing.
+  // An offline device may have sent its short good replies long ago, so the lengths prove nothing.
   if (evidence.device == nullptr || evidence.absent) return false;
   if (!evidence.traits().has_blocks) return false;
   const bus::Findings& findings = evidence.device->status.findings;
@@ -69,7 +68,8 @@ double NotTransparent(const Evidence& evidence) {
   // compared.
   if (evidence.device->status.unasked) return 0;
   if (evidence.seen < kFacts || Suspects(evidence) == 0) return 0;
-  // If most replies break off, a converter that drops certain bytes is not the cause.
+  // If most replies break off by more than a few bytes, a converter that drops certain bytes is not
+  // the cause.
   const Finding& cut = evidence.Last(tail_lost);
   const bool breaks_off =
       cut.expected > cut.bytes + kMissing && 2 * evidence.Count(tail_lost) > evidence.seen;
@@ -77,8 +77,8 @@ double NotTransparent(const Evidence& evidence) {
   return evidence.Share({damaged, noise, bad_check, bytes_lost, bytes_added, tail_lost});
 }
 
-/// Cause: the eighth bit of characters is set or cleared. If other replies are good, the reply is
-/// only damaged, so the result is 0.
+/// Cause: the eighth bit of characters is set or cleared. Returns 0 if a stored exchange has a good
+/// reply: the other replies are then only damaged.
 double EighthBit(const Evidence& evidence) {
   return evidence.answered && !evidence.changed ? 0 : evidence.Share({eighth_bit});
 }
@@ -106,8 +106,8 @@ double BytesLost(const Evidence& evidence) {
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
 
-/// Cause: the last byte of replies is lost. If other replies are good, this counts only if nearly
-/// all failures are of this kind.
+/// Cause: the last byte of replies is lost. If other replies are good and the last byte came with
+/// another value (kGarbled), nearly all failures must be of this kind.
 double EndLost(const Evidence& evidence) {
   const bool only = evidence.Count(end_lost) >= kMany && evidence.Share({end_lost}) > 0.9;
   if (evidence.answered && !evidence.Last(end_lost).cause.empty() && !only) return 0;
@@ -122,8 +122,8 @@ double BreaksOff(const Evidence& evidence) {
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
-/// Cause: another parity than configured. Returns 0 unless the failed replies of all devices
-/// contained characters of one parity only.
+/// Cause: another parity than configured. Returns 0 unless the failed replies of all devices in the
+/// evidence contained characters of one parity only.
 double OtherParity(const Evidence& evidence) {
   if (evidence.seen < kMany || !OnWire(evidence)) return 0;
   const bool network = evidence.line->is_network();
@@ -161,8 +161,8 @@ using enum Symptom;
 
 /// A device whose driver leaves the bus too early cuts off at most this many bytes of a reply.
 constexpr std::size_t kFewLost = 4;
-/// Value of Finding::cause at bad_check: the reply is a text, so it is not certain which kind of
-/// check value it has.
+/// Value of Finding::cause at bad_check: the reply is a text, so the kind of its check value is
+/// uncertain.
 constexpr std::string_view kText = "a text";
 constexpr const char* kSetRaw =
     "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
@@ -171,7 +171,6 @@ bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
   return 10 * count >= 9 * evidence.seen;
 }
 
-/// Returns the hex values of these special bytes, such as "11 and 13".
 std::string NamesOf(unsigned specials) {
   std::string names;
   for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
@@ -261,7 +260,6 @@ std::string SayTailLost(const Evidence& evidence) {
 std::string SayBytesLost(const Evidence& evidence) {
   const Finding& finding = evidence.Last(bytes_lost);
   if (evidence.first().status.unasked) {
-    // If no message was ever good, the configured length may be wrong.
     if (!evidence.answered && !finding.remedy.empty()) return WithRemedy(finding);
     return "characters are missing in some of its messages. Check for a bad wire or plug, a buffer "
            "that overflows, and flow control at only one end";

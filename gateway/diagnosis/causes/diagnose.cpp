@@ -14,8 +14,8 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Readings whose jump was not confirmed are reported if there are kUnconfirmed of them, and at
-/// least one in kUnconfirmedShare exchanges.
+/// Readings whose jump a second reading did not confirm are reported if there are kUnconfirmed of
+/// them, and at least one in kUnconfirmedShare exchanges.
 constexpr std::uint32_t kUnconfirmed = 4;
 constexpr std::uint32_t kUnconfirmedShare = 25;
 /// From this number of failures in a row on, they come from the device, not from a short loss of
@@ -23,10 +23,11 @@ constexpr std::uint32_t kUnconfirmedShare = 25;
 constexpr std::size_t kManyFailures = 8;
 /// Outages are reported from this share of the last hour on.
 constexpr double kNotableOutage = 0.01;
-/// From this number of late replies in a row on, they are not a short disturbance.
+/// If replies came one or more requests late in this many exchanges in a row, this is no short
+/// disturbance.
 constexpr std::uint32_t kManyBehind = 16;
-/// This soon after the start of the program a single outage is not reported, because it may have
-/// begun before.
+/// Within this time after the start of the program a single outage is not reported, because it may
+/// have begun before the start.
 constexpr Duration kStart = 5min;
 
 std::string Noticed(const bus::LineStatus& line, const bus::DeviceStatus& status) {
@@ -57,7 +58,7 @@ Sentences Absence(const bus::LineStatus& line, const bus::DeviceRecord& record,
   std::string since = status.last_ok ? "offline for " + FormatAge(now.instant - *status.last_ok)
                                      : "has never answered";
   const Evidence evidence = Gather(line, record, all, now);
-  if (status.last_ok && evidence.failed == 0) return {};  // the device answers again
+  if (status.last_ok && evidence.failed == 0) return {};
   if (AbsentTogether(all)) {
     return {since + ", as no device of line '" + record.line->name + "' answers"};
   }
@@ -86,8 +87,8 @@ Sentences Patience(const bus::DeviceStatus& status) {
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
-/// True if another device is asked as often as this device, and no answering device has stray bytes
-/// beside its replies (in more than one exchange).
+/// True if no other device that answers has stray bytes beside its replies in more than one
+/// exchange, and at least one of these devices has all its kKept exchanges stored.
 bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   bool asked = false;
   for (const bus::DeviceRecord& one : all) {
@@ -100,8 +101,8 @@ bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::Devi
   return asked;
 }
 
-/// True if replies of another device come in parts: the late parts can come beside replies of this
-/// device.
+/// True if replies of another device come in parts: a part that comes late may come beside a reply
+/// of this device.
 bool ComesLateElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   return std::ranges::any_of(all, [&](const bus::DeviceRecord& one) {
     return one.device != device.device &&
@@ -110,7 +111,7 @@ bool ComesLateElsewhere(const bus::DeviceRecord& device, std::span<const bus::De
 }
 
 /// True if all stored exchanges of the device failed, or it is offline and many in a row failed.
-/// The failures are then from before the port was opened as well.
+/// The failures then did not begin with the loss of the port.
 bool FailsAlways(const bus::DeviceStatus& status) {
   const bus::Findings& findings = status.findings;
   const std::size_t run = findings.LongestRun();
@@ -144,7 +145,7 @@ std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::Devic
 }
 
 /// Returns sentences about failed exchanges and about bytes beside replies. If the bytes are the
-/// cause of the failures, they come first.
+/// cause of the failures, the sentences about bytes come first.
 Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
                     std::span<const bus::DeviceRecord> all) {
   Sentences found;
@@ -165,7 +166,7 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
   }
   const bool late = ComesLateElsewhere(device, all);
   const Sentences beside = late ? Sentences() : Beside(device, IsCleanElsewhere(device, all));
-  // If exchanges often have such bytes and few fail, the bytes are the cause.
+  // If exchanges often have bytes beside the reply and few exchanges fail, the bytes are the cause.
   const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed &&
                         evidence.Count(Symptom::silence) < evidence.seen;
   const bool first = AreTwo(device.status.findings) || explains;
@@ -200,8 +201,8 @@ Sentences Behind(const bus::DeviceRecord& device, Now now) {
 }
 
 /// Reports second, different replies, if there was more than one and the last is less than an hour
-/// ago. Reports nothing if another master, a finding about replies beside good replies, or echoes
-/// explain the second replies.
+/// ago. Reports nothing if another cause is known: another master, other replies beside good
+/// replies, or echoes.
 Sentences Doubled(const bus::DeviceRecord& device, const Evidence& evidence) {
   const bus::DeviceStatus& status = device.status;
   const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;

@@ -62,8 +62,9 @@ bool LacksOptions(const bus::DeviceRecord& record);
 /// or its password or access level is wrong.
 bool IsForeign(const bus::DeviceRecord& record);
 
-/// Returns sentences about values that are not good although the device answers. `line`: a value is
-/// reported as too old only if the port has been open for longer than its age limit.
+/// Returns sentences about values that are not good although the device answers. `line` contains
+/// since when the port is open: only if this is longer than the age limit of a value, the value is
+/// reported as too old.
 std::vector<std::string> DiagnosePoints(const bus::LineStatus& line,
                                         const bus::DeviceRecord& record, Now now);
 
@@ -93,7 +94,7 @@ std::vector<std::string> Silence(const bus::DeviceRecord& record, Now now);
 std::optional<Duration> MustSpeakWithin(const bus::DeviceRecord& record);
 
 /// Returns the period at which the device sends, if it is longer than the age limit of its values.
-/// Nothing: its values come in time or irregularly, or the device has stopped sending.
+/// Nothing: its values come within the age limit or irregularly, or the device has stopped sending.
 std::optional<Duration> ComesEvery(const bus::DeviceRecord& record, Instant now);
 /// Returns a sentence if a device that sends unasked answers no command.
 std::vector<std::string> AnswersNothing(const bus::DeviceRecord& record, const Evidence& evidence);
@@ -144,7 +145,6 @@ std::vector<std::string> DiagnoseDevice(const bus::LineStatus& line,
                                         std::span<const bus::DeviceRecord> devices, Now now,
                                         Instant started);
 
-/// Returns the time of day, such as "12:04:05 UTC".
 std::string ClockText(WallTime time);
 
 }  // namespace baudgate::diagnosis

@@ -16,8 +16,8 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// One second reply that differs, among this many second replies that are equal to the first, shows
-/// that two devices answer.
+/// If this many second replies equal the first reply, a single second reply that differs shows that
+/// two devices answer.
 constexpr std::size_t kMostlyAlike = 8;
 /// Bytes that were equal around this many replies are not noise.
 constexpr std::size_t kConstant = 4;
@@ -29,7 +29,7 @@ bool IsNearlyAlways(std::size_t count, const bus::Findings& findings) {
 }
 
 /// Returns the cause and remedy of stray bytes. `always`: they come with nearly every reply, so
-/// equipment in between or a bus without bias adds them; noise comes now and then.
+/// equipment in between or a bus without bias adds them. Noise would come only now and then.
 const char* WhyStray(const bus::DeviceRecord& record, bool always) {
   if (!SerialOf(record).on_wire()) {
     return always
@@ -56,7 +56,7 @@ std::string Wrapped(const bus::DeviceRecord& record) {
   const bool network = record.line->is_network();
   const bool same = findings.SameAround() >= kConstant;
   const bool text = findings.Count(Symptom::text_beside) > 0;
-  // Findings::Around has this form if the bytes are a prompt: "... '> '".
+  // Findings::Around is "... '> '" if the bytes behind the reply are a prompt.
   const bool prompt = same && around.starts_with("... '");
   if (prompt && network) {
     return "the same text stands behind its replies (" + around.substr(4) +
@@ -80,7 +80,7 @@ bool IsWrapped(const bus::DeviceRecord& record) {
       findings.Count(Symptom::noise_behind) + findings.Count(Symptom::text_beside);
   const bool echo = findings.Around() == kOwnRequest && findings.SameAround() >= kConstant;
   if (echo || beside < kNotableNoise || !IsNearlyAlways(beside, findings)) return echo;
-  // Texts may differ from reply to reply, because they may contain a value.
+  // Texts count even if they differ from reply to reply, because they may contain a value.
   if (findings.Count(Symptom::text_beside) == beside) return true;
   if (findings.SameAround() < kConstant) return false;
   // Bytes 00 and FF and pieces of characters come from a bus without bias, not from equipment.

@@ -17,8 +17,8 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Rare failures are reported if there are this many runs of them and at least this share of all
-/// exchanges failed.
+/// Rare failures are reported if there are this many runs of failures (bus::FailureRuns), and at
+/// least this share of all exchanges failed.
 constexpr double kManyRuns = 5;
 constexpr double kNotableLosses = 0.03;
 /// If this many requests in a row were refused, the device is not only busy for a moment.
@@ -38,7 +38,7 @@ std::string Looks(const Evidence& evidence) {
 }
 
 /// Returns the points of the queries for which `is_meant` is true, such as "voltage and 3 more".
-/// Empty: `is_meant` is true for no query, or for all queries (unless `all` is set).
+/// Empty: `is_meant` is true for no query; or for all queries, unless `all` is set.
 template <typename IsMeant>
 std::string NamesOf(const bus::DeviceRecord& record, IsMeant is_meant, bool all = false) {
   const std::vector<bus::QueryCount>& queries = record.status.queries;
@@ -72,8 +72,8 @@ std::string PointsOf(const bus::DeviceRecord& record, IsMeant is_meant) {
   return first->name + more + " (" + first->read + (points > 1 ? ", ...)" : ")");
 }
 
-/// True if there were several failures (kNeverAnswered) and each lasted through all retries of its
-/// request, so that failures are not random.
+/// True if there were several failures (at least kNeverAnswered), and each lasted through all
+/// retries of its request. Random failures would not.
 bool FailsWithRepeats(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   const std::size_t longest = findings.LongestRun();
@@ -87,8 +87,6 @@ const char* TakeThemOut(const bus::DeviceRecord& record) {
                                           : ". Take these points out of the profile";
 }
 
-/// Returns the beginning of a sentence: the device does not answer, or the server closes the
-/// connection.
 std::string NotAnswered(const Evidence& evidence) {
   return evidence.Last(Symptom::silence).ended ? "ends the connection at the request for "
                                                : "does not answer the request for ";
@@ -98,7 +96,7 @@ std::string NotAnswered(const Evidence& evidence) {
 Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (record.status.unasked) return {};
   const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
-  // If requests got answers that did not fit, or a refusal, the device is not silent.
+  // The device is not silent if a request got a refusal or an answer that does not fit.
   const auto was = [&](Symptom symptom) {
     return record.status.findings.Last(symptom).symptom == symptom;
   };
@@ -118,8 +116,8 @@ Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence
   return {NotAnswered(evidence) + points + ", but answers the others" + TakeThemOut(record)};
 }
 
-/// True if the device answers other requests than the failing polls: other polls; or, if no poll
-/// has ever had a value, requests that are not polls, such as a request for its name.
+/// True if the device answers requests other than the failing polls: other polls; or, if none of
+/// the polled points has ever had a value, other requests, such as the request for its name.
 bool HasOthers(const bus::DeviceRecord& record, const Evidence& evidence) {
   const std::vector<bus::QueryCount>& queries = record.status.queries;
   const auto is_good = [](const bus::QueryCount& query) {
@@ -140,7 +138,7 @@ Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence)
   const bus::DeviceStatus& status = record.status;
   const auto fails = [](const bus::QueryCount& query) { return query.in_vain >= kNeverAnswered; };
   const bool others = HasOthers(record, evidence);
-  // If other polls fail now and then too, the failing polls are not the cause.
+  // If other polls fail now and then too, the trouble does not concern certain polls only.
   const bool shaky = std::ranges::any_of(status.queries, [&](const bus::QueryCount& query) {
     return !fails(query) && std::popcount(query.failures) > 1;
   });
@@ -209,7 +207,7 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
     return point.reported.reason == Reason::not_fitted;
   };
   const bool none = !record.points.empty() && std::ranges::all_of(record.points, is_refused);
-  // Requests other than polls may be answered, so not all exchanges need to be refused.
+  // All polls must be refused, but not all exchanges: requests that are not polls may be answered.
   const auto& queries = record.status.queries;
   const bool all =
       !queries.empty() && std::ranges::all_of(queries, [](const bus::QueryCount& query) {

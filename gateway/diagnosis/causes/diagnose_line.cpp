@@ -259,13 +259,13 @@ Sentences DiagnoseLine(const config::Line& line, const bus::LineStatus& status,
 namespace {
 
 constexpr int kMinutes = 5;
-/// Fewer missed periods than this are not reported; some are normal after a start.
+/// Fewer missed poll periods than this are not reported; some are normal after a start.
 constexpr std::uint32_t kNotableMisses = 3;
 constexpr double kNotableMissed = 0.02;
 /// Failed exchanges of a device that take this share of the line's time are the cause of missed
 /// polls.
 constexpr double kMuchWaste = 0.2;
-/// Failed exchanges that take this share may cause some missed polls.
+/// Failed exchanges that take this share of the line's time may cause some missed polls.
 constexpr double kSomeWaste = 0.03;
 /// Good exchanges that take this share of the line's time are the cause of missed polls.
 constexpr double kFull = 0.8;
@@ -344,7 +344,7 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
   if (device != nullptr && FailsOften(*device)) return {};
   // A sentence about the wasteful device reports its failures.
   if (waste >= kMuchWaste && (device == nullptr || wasteful->device == device->device)) return {};
-  // The time was lost to stray bytes beside good replies, so there are no failures to correct.
+  // The time was lost to stray bytes beside good replies, so there is no failure to report.
   if (waste >= kMuchWaste && !FailsOften(*wasteful)) return {};
   if (waste >= kMuchWaste) {
     return fmt::format(

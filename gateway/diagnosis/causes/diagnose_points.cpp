@@ -83,12 +83,12 @@ constexpr std::size_t kManyMessages = 20;
 
 struct Doubts {
   std::size_t stale = 0;
-  std::size_t doubted = 0;   ///< points whose value is uncertain for the gateway
+  std::size_t doubted = 0;   ///< points whose value the gateway itself doubts
   std::size_t reported = 0;  ///< points whose quality the device itself has reported
   // Numbers of reported points without a reason:
   std::size_t unreadable = 0;
   std::size_t unsure = 0;
-  /// The points of `unsure` for which a jump must be confirmed by a second reading (recheck).
+  /// How many points of `unsure` need a second reading to confirm a jump (recheck).
   std::size_t jumping = 0;
   std::size_t empty = 0;
   std::map<Reason, std::size_t> reasons;
@@ -303,8 +303,8 @@ Sentences DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant star
   const bus::Findings& findings = record.status.findings;
   const Finding& odd = findings.Last(Symptom::odd);
   const Finding& said = odd.cause.empty() ? findings.Last(Symptom::refusal) : odd;
-  // After a refusal, points that are polled rarely are counted too, because they have been polled
-  // by now.
+  // If the device has refused a request, points of the slow group count as well: they have been
+  // polled by now.
   const config::Group least = said.cause.empty() ? config::Group::fast : config::Group::slow;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const config::Point& point = record.device->points[i];
@@ -341,8 +341,8 @@ constexpr double kMostMeasured = 1e20;
 /// Most measurements are in this range.
 constexpr double kLeastUsual = 1e-4;
 constexpr double kMostUsual = 1e7;
-/// If other numbers are at most this large, an unsigned number this close to its maximum is
-/// probably a negative number.
+/// If another number of the device is at most this large, an unsigned number this close to its
+/// maximum is probably a negative number.
 constexpr double kSmall = 1000;
 /// Registers are neighbours if their numbers differ by at most this.
 constexpr int kNextTo = 4;
@@ -366,8 +366,7 @@ bool IsUsual(std::uint32_t bits) {
   return size == 0 || (size >= kLeastUsual && size <= kMostUsual);
 }
 
-/// Returns the byte order that is configured for the device; empty: no byte order is configured, or
-/// the default is.
+/// Returns the byte order that is configured for the device. Empty: none, or the default (abcd).
 std::string SetOrder(const config::Device& device) {
   const auto order = device.options.all().find("order");
   if (!device.traits->has_byte_order || order == device.options.all().end()) return {};
@@ -416,8 +415,8 @@ bool AreShifted(const std::vector<Float>& numbers) {
   return any;
 }
 
-/// Returns why an integer cannot be a measurement; empty: it can be a measurement. `small`: other
-/// numbers are small.
+/// Returns why an integer cannot be a measurement; empty: it can be a measurement. `small`: at
+/// least one number of the device is small (kSmall).
 std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   using enum config::Type;
   const bool is_signed = point.type == int16 || point.type == int32;
@@ -483,7 +482,7 @@ std::vector<std::string> AbsurdNumbers(const bus::DeviceRecord& record, Now now)
   }
   std::size_t absurd = 0;
   std::string first;
-  std::string why;  // why the first of these numbers cannot be true; empty for a float
+  std::string why;  // why the first impossible number cannot be true; empty for a float
   for (const auto& [point, shown, raw] : numbers) {
     const double size = std::abs(shown);
     const bool is_float =

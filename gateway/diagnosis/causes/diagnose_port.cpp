@@ -26,8 +26,8 @@ constexpr Duration kRestart = 10s;
 /// A port that was closed for less than this time will probably open soon.
 constexpr Duration kMoment = 15s;
 
-/// Returns the finding about a service that answers in place of a device; null: there is no such
-/// finding.
+/// Returns the finding that another service, such as a web server, answers in place of a device;
+/// null: there is no such finding.
 const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   for (const bus::DeviceRecord& one : devices) {
     for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
@@ -37,7 +37,6 @@ const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   return nullptr;
 }
 
-/// Returns a sentence about another service that answers at the port; empty: no other service does.
 std::string SayOtherService(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const Finding* const other = OtherService(devices);
   if (other == nullptr || !line.port.starts_with("tcp://")) return {};
@@ -99,7 +98,6 @@ bool IsLostOften(const config::Line& line, const bus::LineStatus& status, std::s
   return lost >= kDrops || twice(status.ends.refused) || twice(status.ends.unreachable);
 }
 
-/// Reports a server that often ends connections while they are in use.
 std::string Dropped(const bus::LineStatus& status, Now now) {
   const std::size_t times = status.drops.Since(now.instant - kRecently);
   if (times < kDrops) return {};
@@ -132,8 +130,8 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
     return "no host answered for a while: check the power of the server and the network (cable, "
            "switch, radio)";
   }
-  // If the ends have nothing to do with requests, a share of them equal to `use` happens during
-  // one.
+  // If connections ended at random, a request would be under way in a share `use` of the cases.
+  // Here it was clearly more often.
   if (all >= kThrice &&
       static_cast<double>(asked) >= (status.use + 1) / 2 * static_cast<double>(all)) {
     return "a request was under way each time: check load, log and firmware of the server";
@@ -178,7 +176,8 @@ std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
   const Duration closed = now.wall - status.port_since;
   const std::size_t lost = LossesOf(line, status, now);
   const bool again = status.port_since != WallTime{} && closed < kMoment;
-  // If no device has ever answered, the text why the port is closed helps more than the losses.
+  // If no device has ever answered, the reason why the port is closed helps more than the number of
+  // losses.
   const auto answered = [](const bus::DeviceRecord& one) { return one.status.last_ok.has_value(); };
   const bool worked = std::ranges::any_of(devices, answered);
   const bool often =

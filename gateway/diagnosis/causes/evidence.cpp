@@ -11,7 +11,7 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// Failures are outages if random losses would be distributed like this with at most this
+/// Failures count as outages if random losses would be this close together with at most this
 /// probability.
 constexpr double kChance = 0.001;
 /// An outage has at least this many failures on average: a request and its retry.
@@ -19,7 +19,7 @@ constexpr double kFewest = 2;
 
 /// A single outage is reported if it has this many times the failures of all other runs together.
 constexpr double kMostly = 4;
-/// Coincidences from this number on are not chance.
+/// If runs of failures of two devices coincide this often, it is not chance.
 constexpr std::size_t kOften = 2;
 
 /// Failures of two devices less than this time apart count as simultaneous, because devices are
@@ -28,14 +28,14 @@ constexpr Duration kNextTurn = 1s;
 /// Failures of several devices less than this time apart belong to one outage.
 constexpr Duration kSameOutage = 3s;
 
-/// Runs with this many failures at the same time are not chance.
+/// Fewer runs of failures of several devices at the same time may be chance.
 constexpr std::size_t kFewTogether = 3;
 /// Outages have a period if there are at least this many, and the longest time between two is at
 /// most kRegular times the shortest.
 constexpr std::size_t kBeginnings = 3;
 constexpr double kRegular = 1.4;
-/// Single failures are regular outages if there are at least this many, with kRare answers between
-/// them.
+/// Single failures are regular outages if there are at least kManyBeginnings of them, with kRare
+/// answers between them.
 constexpr std::size_t kManyBeginnings = 5;
 constexpr std::uint32_t kRare = 5;
 /// Regular failures with a shorter period than this are single losses.
@@ -132,7 +132,8 @@ std::optional<Absences> FindAbsences(const bus::FailureRuns& failures) {
   const auto ended = Ended(failures);
   if (ended.empty()) return std::nullopt;
   const FailureTally tally = TallyOf(failures);
-  // One long outage proves nothing about the other failures, unless there are few others.
+  // One long outage does not show that the other failures are outages. It is reported alone if
+  // there are few others.
   const double others = tally.failed - tally.longest;
   const bool alike = others >= kFewest * (tally.runs - 1);
   const bool over = failures.runs().back().after.has_value();
@@ -241,7 +242,8 @@ namespace {
 
 /// A device is healthy if at most one of this many exchanges failed.
 constexpr std::size_t kMostlyGood = 8;
-/// A neighbour fails as often as the device if it has at least 1 / kOftenAlike of its failures.
+/// A neighbour fails as often as the device if it has at least 1 / kOftenAlike of the device's
+/// failures.
 constexpr std::size_t kOftenAlike = 4;
 
 void Add(Evidence& evidence, const bus::DeviceRecord& record) {
@@ -288,7 +290,7 @@ std::string Listed(const std::vector<std::string>& names) {
   return text;
 }
 
-/// Returns the most frequent symptom of the failures; nothing: there are too few failures.
+/// Returns the most frequent symptom of the failures; nothing: it was found less than kFacts times.
 std::optional<Symptom> MostOften(const bus::DeviceStatus& status) {
   const bus::Findings::Counts failures = status.findings.Failures();
   const auto most = std::ranges::max_element(failures);
@@ -343,8 +345,8 @@ std::uint8_t EatenBytes(std::span<const bus::DeviceRecord> all) {
   return static_cast<std::uint8_t>(dead > 1 ? eaten : 0);
 }
 
-/// Returns the runs of failures to compare with those of neighbours. If the device is only silent,
-/// they are runs of silence; else damaged replies count as failures too.
+/// Returns the runs of failures to compare with those of neighbours: runs of silence if the device
+/// is only silent; else runs in which damaged replies count as failures too.
 const bus::FailureRuns& RunsOf(const bus::DeviceRecord& record, bool silent) {
   return silent ? record.status.failures : record.status.spoilt;
 }

@@ -41,7 +41,7 @@ FailureTally TallyOf(const bus::FailureRuns& failures);
 struct Absences {
   std::size_t times = 0;  ///< number of outages that have ended
   Duration length{};      ///< estimated average length of an outage
-  /// From the beginning of one to that of the next; nothing: irregular.
+  /// Time from the beginning of an outage to the beginning of the next. Nothing: it varies.
   std::optional<Duration> period{};
 };
 
@@ -66,8 +66,8 @@ struct Coincidences {
 };
 Coincidences CoincidencesOf(const bus::FailureRuns& one, const bus::FailureRuns& other);
 
-/// Returns the time between regular outages that several devices share, at the same time or one
-/// after the other; an outage can be as short as one request. Nothing: there are no such outages.
+/// Returns the period of regular outages that several devices share, at the same time or one after
+/// the other. An outage can be as short as one request. Nothing: there are no such outages.
 std::optional<Duration> SharedPeriod(std::span<const bus::FailureRuns* const> devices);
 /// True if the device is silent now, was silent at least twice before, and is not silent for more
 /// than twice its longest silence before.
@@ -85,10 +85,12 @@ struct Evidence {
   std::string healthy{};  ///< name of a neighbour that answers well; empty: no neighbour does
   std::string alike{};  ///< name of a neighbour whose failures look the same; empty: there is none
   std::string missing{};  ///< name of a neighbour that has never sent a byte; empty: all have
-  bool noisy = false;     ///< replies of a neighbour come damaged about as often
-  std::string away{};     ///< neighbours with outages at the same times, such as "d, e"; or empty
-  std::string losing{};   ///< neighbours that lose requests at the same times; or empty
-  std::optional<Duration> shared_period{};  ///< period of these losses; nothing: they are irregular
+  /// Replies of a neighbour come damaged about as often as those of the device.
+  bool noisy = false;
+  std::string away{};    ///< neighbours with outages at the same times, such as "d, e"; or empty
+  std::string losing{};  ///< neighbours that lose requests at the same times; or empty
+  /// The period of the losses in `losing`; nothing: they are irregular.
+  std::optional<Duration> shared_period{};
   /// Neighbours that stopped answering at the same time, such as "d, e"; empty: there are no such
   /// neighbours.
   std::string fell{};
@@ -99,8 +101,9 @@ struct Evidence {
   /// request does.
   std::uint8_t eaten = 0;
   std::size_t looked = 0;  ///< number of stored exchanges (at most 32 for each device)
-  std::size_t failed = 0;  ///< number of these exchanges without a good reply
-  std::size_t seen = 0;    ///< number of failures in `counts`, which also counts older exchanges
+  std::size_t failed = 0;  ///< number of stored exchanges without a good reply
+  /// Number of failures in `counts`; includes exchanges that are no longer stored.
+  std::size_t seen = 0;
   bus::Findings::Counts counts{};
   std::array<const Finding*, kSymptoms> last{};
 
@@ -130,7 +133,6 @@ struct Evidence {
 /// long as the result.
 Evidence Gather(const bus::LineStatus& status, const bus::DeviceRecord& device,
                 std::span<const bus::DeviceRecord> all, Now now);
-/// Returns the evidence about all absent devices of the line together.
 Evidence GatherAbsent(const bus::LineStatus& status, std::span<const bus::DeviceRecord> all,
                       Now now);
 
@@ -161,7 +163,6 @@ bool AbsentTogether(std::span<const bus::DeviceRecord> all);
 bool IsAbsent(const bus::DeviceStatus& status);
 /// True if the device has answered in the last 15 s, even if its state is offline.
 bool HasAnsweredLately(const bus::DeviceStatus& status, Instant now);
-/// True if most requests come back as echoes.
 bool Echoes(const bus::LineStatus& status);
 
 }  // namespace baudgate::diagnosis

@@ -15,8 +15,8 @@ using enum Symptom;
 
 /// If a hypothesis leaves this share of the failures unexplained, a second hypothesis is shown.
 constexpr double kUnexplained = 0.3;
-/// A hypothesis that explains this share is shown at once. If failures are of several kinds,
-/// another hypothesis replaces the last hypothesis only if it explains kStronger times as many.
+/// A hypothesis that explains this share of the failures is shown at once. Otherwise the hypothesis
+/// that was shown last remains until another explains kStronger times as many failures.
 constexpr double kNearlyAll = 0.85;
 constexpr double kStronger = 1.5;
 /// Hypotheses that explain a smaller share are ignored.
@@ -35,8 +35,8 @@ double Seen(const Evidence& evidence) {
 }
 
 /// Cause: another master is on the line. A single finding is not enough: without checksums noise
-/// can look like a request. If exchanges of a neighbour prove the master, late echoes here are its
-/// requests too.
+/// can look like a request. If exchanges of a neighbour prove the master, late echoes at this
+/// device are requests of this master.
 double OtherMaster(const Evidence& evidence) {
   const bool own = evidence.Count({other_master, master_beside}) >= kFacts;
   const bool elsewhere = evidence.master != nullptr && evidence.Count(late_echo) > 0;
@@ -52,7 +52,8 @@ double EatenRequests(const Evidence& evidence) {
   return HasDeadQuery(*evidence.device, kNeverAnswered) ? 1 : 0;
 }
 
-/// True if retries fail too. If replies came one request late, a retry would get the right reply.
+/// True if retries fail too. Then replies are not one request late: a retry would get the right
+/// reply.
 bool RepeatsFail(const Evidence& evidence) {
   return evidence.device != nullptr && evidence.device->status.findings.LongestRun() > kFacts;
 }
@@ -85,7 +86,7 @@ bool IsDamageOnly(const Evidence& evidence) {
   return false;
 }
 
-/// Cause: a setting differs. If check values prove this for a third of the failures, it explains
+/// Cause: a setting of the device differs. If a third of the failures show this, the cause explains
 /// all damage.
 double OtherSetting(const Evidence& evidence) {
   if (IsDamageOnly(evidence) || LosesAnywhere(evidence)) return 0;
@@ -110,7 +111,7 @@ double Restarts(const Evidence& evidence) {
 }
 
 /// Cause: something sends text, and requests meanwhile get no answer. If no reply was ever good and
-/// many bytes are unreadable, a text may be chance, so its weight is halved.
+/// many bytes are unreadable, a text may be chance, so the result is halved.
 double Text(const Evidence& evidence) {
   if (evidence.Count(text) < (evidence.answered ? kFacts : 1)) return 0;
   const bool chance = !evidence.answered && evidence.Share({noise, damaged}) >= kUnexplained;
@@ -211,8 +212,8 @@ double OtherProtocol(const Evidence& evidence) {
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
-/// Cause: requests come too soon after other traffic: only these get no answer. If there are few
-/// others, because a neighbour keeps the line busy, more failures are required.
+/// Cause: requests come too soon after other traffic: only these get no answer. If nearly all
+/// requests come so soon, because a neighbour keeps the line busy, more failures are required.
 double TooFast(const Evidence& evidence) {
   if (evidence.device == nullptr || !evidence.answered) return 0;
   const bool few = evidence.looked - evidence.failed < kSilences;
@@ -222,14 +223,16 @@ double TooFast(const Evidence& evidence) {
   return evidence.Share({silence});
 }
 
-/// Cause: the device falls asleep: only requests after a rest of the line get no answer.
+/// Cause: the device falls asleep: only requests after a silence of the line get no answer.
 double Asleep(const Evidence& evidence) {
-  // The line also rests while neighbours do not answer, so the rest proves nothing then.
+  // The line is also silent while neighbours do not answer, so a silence before the request proves
+  // nothing then.
   if (evidence.device == nullptr || evidence.absent || !evidence.away.empty()) return 0;
   if (!evidence.losing.empty()) return 0;
   if (evidence.looked - evidence.failed < kMany || evidence.Count(silence) < kSilences) return 0;
   const bus::Findings& findings = evidence.device->status.findings;
-  if (findings.LongestRun() > kFacts) return 0;  // a retry would wake the device
+  // A request would wake the device, so a retry is answered.
+  if (findings.LongestRun() > kFacts) return 0;
   return findings.LongRest() >= kShortestSleep ? evidence.Share({silence}) : 0;
 }
 
@@ -251,8 +254,8 @@ double InItsPlace(const Evidence& evidence) {
   return evidence.Last(silence).ended ? 0.95 * evidence.Share({silence}) : 0;
 }
 
-/// Cause: two devices answer and damage each other's replies. At an address to which all devices
-/// answer, a second reply is proof enough.
+/// Cause: two devices answer and damage each other's replies. At an address to which every device
+/// answers (HasCommonAddress), one second reply is proof enough.
 double TwoReplies(const Evidence& evidence) {
   const bus::DeviceRecord& record = evidence.first();
   const bool common = HasCommonAddress(*record.device) &&
@@ -267,7 +270,8 @@ std::string AsFound(const Evidence& evidence) {
   return WithRemedy(evidence.Last(kSymptom));
 }
 
-/// If a neighbour is read well with the configured protocol, the remedy is to change the device.
+/// If a neighbour is read well with the configured protocol, the remedy is to change the protocol
+/// of the device itself.
 std::string SayOtherProtocol(const Evidence& evidence) {
   Finding finding = evidence.Last(other_protocol);
   if (!evidence.healthy.empty() && finding.remedy.starts_with(kSetProtocol)) {

@@ -5,8 +5,8 @@
 //   evidence                                           the best hypothesis
 //   nothing but silence, a neighbour answers           the device, its address or its own wire
 //   nothing but silence on the whole line              the line: port, bit rate, A and B
-//   bytes, never a frame, from no device               bit rate or parity
-//   bytes, never a frame, and a neighbour answers      its own settings, or two with one address
+//   bytes, but no frame from any device                bit rate or parity
+//   bytes, but no frame; a neighbour answers           its own settings, or two with one address
 //   whole replies with pauses                          timing.gap
 //
 // SPDX-License-Identifier: Apache-2.0
@@ -40,8 +40,8 @@ const std::vector<Hypothesis>& Hypotheses();
 /// until another is clearly better, so that the status does not change with each call.
 std::vector<const Hypothesis*> Judge(const Evidence& evidence);
 
-/// Returns further sentences: the second hypothesis, and a neighbour that works or fails in the
-/// same way.
+/// Returns further sentences: the second hypothesis, what else to check, and a neighbour that
+/// answers or fails in the same way.
 std::vector<std::string> Besides(const Evidence& evidence,
                                  const std::vector<const Hypothesis*>& judged);
 
@@ -57,7 +57,7 @@ std::string CheckOf(const bus::DeviceRecord& record);
 inline constexpr std::size_t kMany = 8;
 
 /// Returns the share of failures with this symptom. Returns 0 if the device has answered and the
-/// share is below 0.6: noise then damages some replies in this way and others in other ways.
+/// share is below 0.6, because noise damages replies in many ways, this symptom among them.
 template <Symptom kSymptom>
 double Always(const Evidence& evidence) {
   const double share = evidence.Share({kSymptom});

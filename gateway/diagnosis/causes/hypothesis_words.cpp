@@ -137,7 +137,7 @@ std::string SayNoise(const Evidence& evidence) {
   const std::string noise = "check termination, ground and shield against noise";
   // If several devices have the trouble, a shared address is not the cause.
   if (!evidence.alike.empty() || evidence.noisy) return cause + NextSentence(noise);
-  // A new device that still uses the address of another device is missing at its own.
+  // A new device that still has the address of another device does not answer at its own address.
   if (!evidence.missing.empty()) {
     return cause + ". Check whether " + evidence.missing + ", which never answers, has address " +
            evidence.first().device->address + " as well, and " + noise;
@@ -259,7 +259,8 @@ std::string Shared(const Evidence& evidence) {
          ", direction control of the converter; or " + OtherReader(evidence);
 }
 
-/// Returns what to check if neither a neighbour nor the past of the device shows what works.
+/// Returns what to check if neither a neighbour nor earlier answers of the device show which part
+/// works.
 std::string Unproven(const Evidence& evidence) {
   if (evidence.device == nullptr) return Shared(evidence);
   const bus::DeviceRecord& record = evidence.first();
@@ -491,7 +492,7 @@ constexpr Duration kUsualPause = 200ms;
 constexpr Duration kLongestQuiet = 3s;
 /// A suggested time is this many times the measured time.
 constexpr double kMargin = 1.25;
-/// As kMargin, for the idle time, where a longer time does no harm.
+/// The factor for the time `idle`, which may be too long without harm.
 constexpr double kWideMargin = 1.5;
 
 /// Returns the time with a margin, rounded for the configuration, such as "150ms".
@@ -514,8 +515,8 @@ std::string SayLate(const Evidence& evidence) {
   const auto reply = evidence.first().status.timing.reply;
   const Duration seen = evidence.Last(late).time;
   const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
-  // If more than half of the exchanges fail, the device is always slow, so the network is not
-  // blamed.
+  // If more than half of the exchanges fail, the device is always slow, so the network is not named
+  // as the cause.
   const bool stalls =
       evidence.line->is_network() && !others.empty() && 2 * evidence.failed < evidence.looked;
   return fmt::format("its replies come up to {} ms after the request, ", Milliseconds(seen)) +

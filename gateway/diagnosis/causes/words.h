@@ -15,8 +15,7 @@
 
 namespace baudgate::diagnosis {
 
-/// Remedy for a device that refuses requests that it has answered before, so that its profile must
-/// fit.
+/// Remedy for a device that refuses requests that it has answered before. Its profile must fit.
 inline constexpr const char* kHasWorked =
     "it has answered before: check whether the device or its settings were changed, or restart it";
 inline constexpr const char* kHearsItself =

@@ -26,8 +26,9 @@ bool HasDoubledBits(std::uint8_t byte) {
   return (differ & 0b00101010U) == 0 || (differ & 0b01010101U) == 0;
 }
 
-/// True if the byte may come from two characters (of ten bits) at twice the bit rate. Then every
-/// second bit was read, and the fourth of them is the stop bit of the first character, which is 1.
+/// True if the byte may come from two characters (of ten bits) at twice the bit rate. The receiver
+/// then reads every second bit, and bit 3 of the byte is the stop bit of the first character, which
+/// is 1.
 bool HasStopBitInside(std::uint8_t byte) { return (byte & 0b00001000U) != 0; }
 
 Finding Says(const std::string& rate, bool connection) {
@@ -62,11 +63,11 @@ std::optional<Finding> OtherBitRate(View heard, bool connection) {
 
 namespace {
 
-/// Number of characters that are tried as the inserted one.
+/// At most this many characters of a reply are tried as the inserted character.
 constexpr std::size_t kMostTried = 16;
 constexpr std::initializer_list<std::uint8_t> kFlowControl = {0x11, 0x13};
-/// Up to kMostMissing equal bytes are inserted in replies of up to kShort bytes, one byte up to
-/// kLongest.
+/// Up to kMostMissing equal bytes are inserted in replies of up to kShort bytes, one byte in
+/// replies of up to kLongest bytes.
 constexpr std::size_t kMostMissing = 3;
 constexpr std::size_t kShort = 24;
 constexpr std::size_t kLongest = 100;
@@ -277,7 +278,8 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
                      });
   const auto odd = std::ranges::count_if(heard, is_odd);
   const auto rest = std::ranges::count_if(heard, [](auto byte) { return byte % 0xFF != 0; });
-  // If all other characters have odd parity, 00 counts as a mark too, because its parity is even.
+  // If all other characters have odd parity, 00 stands for a damaged character too, because its
+  // parity is even.
   const auto zeros = words || odd > 0 ? std::ranges::count(heard, 0x00) : 0;
   const auto marks = std::ranges::count(heard, 0xFF) + zeros;
   if (hearing.connection || marks < kMarks || rest < kFewest) return std::nullopt;
@@ -294,7 +296,7 @@ View Core(View bytes) {
   return bytes;
 }
 
-/// Returns the length of the longest common subsequence of the two.
+/// Returns the length of the longest common subsequence of `one` and `other`.
 std::size_t CommonBytes(View one, View other) {
   std::vector<std::size_t> row(other.size() + 1);
   for (const std::uint8_t byte : one) {
@@ -348,9 +350,10 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
                      "that doubles them"};
 }
 
-/// Compares the bytes without line ends. In a text, the value and its check value may have changed
-/// between the two replies. A text that has its line end can lack more than two characters. Noise
-/// is excluded, because noise changes characters but removes none.
+/// Compares the bytes without line ends. In a text, a quarter of the characters may differ, because
+/// the value and its check value may have changed between the two replies. A text that has its line
+/// end can lack more than two characters. Binary bytes must not differ: noise changes bytes but
+/// removes none.
 bool LacksSome(View heard, View reply) {
   constexpr std::size_t kMostLost = 2;
   constexpr std::size_t kFewest = 4;

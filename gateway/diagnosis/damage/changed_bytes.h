@@ -19,15 +19,14 @@ std::optional<Finding> OtherBitRate(View heard, bool connection);
 
 std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard);
 /// True if `heard` equals `reply` (a later reply to the same request) without one or two of its
-/// bytes.
+/// bytes. A text may lack more, and may contain another value.
 bool LacksSome(View heard, View reply);
-/// Recognises a text with decimal commas that is a complete reply, as it is or with points in their
-/// place.
+/// Recognises a text with decimal commas that is a complete reply, or would be one with points in
+/// their place.
 std::optional<Finding> DecimalComma(const Hearing& hearing, View heard);
 /// Recognises that each byte came twice, whatever the bytes mean.
 std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard);
 
-/// True if `heard` contains a complete reply.
 bool IsWhole(const Hearing& hearing, View heard);
 /// True for printable ASCII characters and for CR, LF and tab.
 bool IsPrintable(std::uint8_t byte);

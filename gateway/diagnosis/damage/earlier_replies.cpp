@@ -39,10 +39,8 @@ std::optional<Duration> BrokenReply::FindRest(const HeardExchange& exchange) con
   return std::nullopt;
 }
 
-/// True if `rest` completes the stored bytes to a reply.
 bool BrokenReply::IsRest(View rest, Instant came) const {
-  // A Modbus TCP reply comes complete, or its header contains the missing length, so it has no
-  // rest.
+  // A Modbus TCP reply has no rest: it comes complete, or its header contains the missing length.
   if (rest.empty() || member_->protocol->tcp || came - last_ > kLatest) return false;
   const std::size_t same = std::min({rest.size(), begin_.size(), kFront});
   if (std::ranges::equal(rest.first(same), View(begin_).first(same))) return false;
@@ -60,7 +58,8 @@ namespace {
 /// The line counts as rested if its silence before the request was this many times the time to the
 /// reply.
 constexpr int kRested = 8;
-/// A server that uses correct numbers may answer this late. Later replies have wrong numbers.
+/// A server that numbers its replies correctly may answer this late. A later reply has a wrong
+/// number.
 constexpr Duration kLatestByNumber = 10s;
 /// Bytes that come later than this after a request are not its reply.
 constexpr Duration kNoReply = 1min;
@@ -222,7 +221,8 @@ EarlierReplies::Came EarlierReplies::CameOf(const HeardExchange& exchange, const
   came.lateness = came.after - reply;
   came.late = !whose.answered && came.after > reply && came.after < kNoReply;
   came.early = arrivals.back().after < reply / 2;
-  // On a busy line every reply comes soon after some request, so a rest of the line is required.
+  // On a busy line every reply comes soon after some request, so a silence before the request is
+  // required.
   const bool soon = behind >= Duration::zero() && behind < reply / 2 &&
                     exchange.idle() != kLongIdle && exchange.idle() > kRested * behind;
   if (soon) came.next = behind;
@@ -294,7 +294,7 @@ Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const O
 Finding EarlierReplies::AttributeToAnother(const HeardExchange& exchange, Open& whose,
                                            const Came& came, Finding finding) {
   const bool answered = IsAnswered(finding.symptom);
-  // Another master may have asked this device: then a reply with its address is not a second reply.
+  // Another master may have asked this device. A reply with its address is then no second reply.
   if (!came.late && came.early && finding.symptom == Symptom::other_device &&
       whose.member->device != nullptr) {
     finding.symptom = Symptom::one_behind;

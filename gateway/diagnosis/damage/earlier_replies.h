@@ -53,7 +53,7 @@ class BrokenReply {
 
   const bus::Member& member() const { return *member_; }
   Instant last() const { return last_; }
-  /// Returns how many exchanges of the member have begun since.
+  /// Returns how many exchanges of the member have begun since the reply broke off.
   std::size_t began() const { return began_; }
 
  private:
@@ -120,7 +120,7 @@ class NumberedRequests {
     Bytes request;
     std::vector<Instant> tries;
     Duration reply_time{};
-    std::size_t answered = 0;  // number of tries that were answered
+    std::size_t answered = 0;
   };
   /// Returns the index of the request whose number is in this frame; sent_.size(): there is no such
   /// request.
@@ -160,13 +160,14 @@ class EarlierReplies {
   void OnMended() { broken_ = {}; }
 
   /// Returns true if the rest of a stored reply came in this exchange. The finding of the exchange
-  /// in which it broke off becomes `split`.
+  /// in which the reply broke off becomes `split`.
   bool FindRest(const HeardExchange& exchange);
   /// Returns true if the bytes beside the reply are the reply to a try that seemed lost and was
   /// repeated.
   bool FindBeside(const HeardExchange& exchange, const Finding& finding);
-  /// Call when a second reply of the member came. If a try of it seemed lost and was repeated, the
-  /// second reply is late: returns the finding about that try. Nothing: no try was lost.
+  /// Call when a second reply of the member came. If a try of its request seemed lost and was
+  /// repeated, the second reply is late: returns the finding about that try. Nothing: no try was
+  /// lost.
   std::optional<Finding> FindLostTry(const bus::Member& member, Instant came);
   /// Returns the finding of this exchange, corrected if its bytes may be the reply to another
   /// request.
@@ -184,12 +185,12 @@ class EarlierReplies {
     const bus::Member* member = nullptr;
     protocols::Request request;
     Instant sent{};
-    Instant first{};  // when the first unanswered try was sent, within the ceiling
-    Instant tried{};  // when the first try was sent, within kLongestLag
-    Bytes vain;       // bytes that came to the try before
+    Instant first{};  // when the first unanswered try was sent, at most 5/4 of the ceiling ago
+    Instant tried{};  // when the first unanswered try was sent, at most kLongestLag ago
+    Bytes vain;       // bytes that came after the previous try
     bool answered = false;
-    bool silent = false;    // no byte came
-    bool late = false;      // the reply to this request came late
+    bool silent = false;
+    bool late = false;
     bool repeated = false;  // the reply that was found is a copy of `reply`
     Bytes reply;
     // Set if the late reply contains a reason why there is no value.
@@ -203,12 +204,12 @@ class EarlierReplies {
   /// When the reply to an earlier request came.
   struct Came {
     Duration after{};     // time since the first try of the earlier request
-    Duration lateness{};  // time since the end of its reply time
+    Duration lateness{};  // time since the end of the reply time of this request
     bool late = false;
     // The last bytes came less than half a reply time after the present request.
     bool early = false;
-    // Time since the request of the present exchange; nothing: the reply did not come soon after
-    // that request, or the line had no rest before it.
+    // Time since the request of the present exchange. Nothing: the reply did not come soon after
+    // the present request, or the line was not silent before this request.
     std::optional<Duration> next{};
   };
 

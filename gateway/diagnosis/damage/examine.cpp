@@ -194,7 +194,6 @@ constexpr Service kServices[] = {
     {"FINS", "a FINS server answers (Omron)"},
 };
 
-/// True for a TLS alert or handshake.
 bool IsTls(View heard) {
   return heard.size() >= 5 && (heard[0] == 0x15 || heard[0] == 0x16) && heard[1] == 3 &&
          heard[2] <= 4;
@@ -260,7 +259,7 @@ namespace {
 
 /// In bytes. More bytes than this without a pause are not a message of a reader of cards or codes.
 constexpr std::size_t kEndless = 240;
-/// An echo contains at least this many bytes of the request; kPartOfEcho beside a good reply.
+/// An echo contains at least kWholeEcho bytes of the request; beside a good reply, kPartOfEcho.
 constexpr std::size_t kWholeEcho = 4;
 constexpr std::size_t kPartOfEcho = 2;
 constexpr std::size_t kAFew = 2;
@@ -428,7 +427,7 @@ Finding Broken(const Hearing& hearing, View heard) {
   if (pause > hearing.gap && (length == 0 || heard.size() <= length)) {
     return {.symptom = Symptom::split, .time = pause};
   }
-  // The beginning of a longer reply can have the length of a refusal, so this is checked first.
+  // The beginning of a longer reply can have the length of a refusal, so HasOnlyLength comes later.
   const bool broke_off = hearing.outcome == Outcome::partial;
   if (broke_off && heard.size() + kAFew < length && IsBeginning(hearing, heard)) {
     return {.symptom = Symptom::tail_lost};
@@ -458,10 +457,9 @@ std::size_t LongestHeard(const Hearing& hearing) {
   return IsStanding(hearing) ? std::max(kEndless, most) : most;
 }
 
-/// True if the text was recognised: only then does RemedyFor return a remedy.
+/// True if the text has a known meaning: only then does RemedyFor return a remedy.
 bool IsTold(const Finding& words) { return !words.remedy.empty(); }
 
-/// Returns the finding for bytes that contain no reply.
 Finding Unreadable(const Hearing& hearing, View heard) {
   if (auto service = hearing.connection ? OtherService(heard, hearing.protocol->tcp) : std::nullopt)
     return *service;
@@ -483,7 +481,7 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   if (words && (!other_form || IsTold(*words))) return *words;
   if (auto nearly = NearlyReply(hearing, heard)) {
     // If the same bytes come twice in a row for the same request, they are the usual form of this
-    // device and no damage (ReplyHabits::Compare), and then the cause is needed.
+    // device and no damage (ReplyHabits::Compare). The finding then needs the cause.
     if (other_form && nearly->symptom == Symptom::bytes_lost) {
       nearly->cause = recognised->cause;
       nearly->remedy = recognised->remedy;

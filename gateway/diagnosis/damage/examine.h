@@ -47,7 +47,7 @@ struct Hearing {
   Duration reply{};                     ///< reply time: the longest time until the first byte
   Duration gap{};                       ///< longest pause inside a reply
   bool connection = false;              ///< the line is a TCP connection
-  /// Rules to recognise the messages of all protocols.
+  /// Rules that recognise the messages of all installed protocols.
   std::span<const protocols::ForeignRule> foreign{};
 };
 
@@ -68,14 +68,13 @@ std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = fa
 // Messages of another protocol: binary messages on a line of a text protocol are recognised by
 // their check value, texts on any line by their form.
 
-/// Returns a finding if the bytes are a message of another protocol.
 std::optional<Finding> OtherFrame(const Hearing& hearing, View heard);
 
 // Services that are not serial lines, recognised by what they send over TCP: a web server, SSH,
 // TLS, Telnet, IEC 60870-5-104.
 
-/// Returns a finding if the bytes come from such a service. `modbus`: a Modbus TCP server is
-/// expected, not a serial server.
+/// Returns a finding if the bytes come from a service such as a web server. `modbus`: a Modbus TCP
+/// server is expected, not a serial server.
 std::optional<Finding> OtherService(View heard, bool modbus);
 /// True if the bytes begin with a Telnet negotiation: IAC and WILL, WONT, DO or DONT.
 bool IsTelnet(View heard);

@@ -202,7 +202,7 @@ bool IsWholeWithOtherLast(const Hearing& hearing, View heard) {
 /// of any value, or a few bytes that the request contains: the first two or three bytes of a binary
 /// reply, or the name and kind at the beginning of a text.
 std::size_t LostHead(const Hearing& hearing, View heard) {
-  // A Modbus TCP reply contains no check value that could prove it.
+  // A Modbus TCP reply contains no check value that could prove the loss.
   if (hearing.protocol->tcp || (IsText(hearing, heard) && HasLead(hearing, heard))) return 0;
   if (IsWholeBehind(hearing, Bytes(1), 0, heard)) return 1;
   const View request = hearing.request;
@@ -220,7 +220,7 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
 }
 
 /// Returns a line of text that lacks the first character of a reply, and perhaps more of its
-/// beginning than LostHead can prove. Empty: the bytes are not such a line.
+/// beginning than LostHead can prove. Empty: the bytes are something else.
 std::string_view LineWithoutLead(const Hearing& hearing, View heard) {
   const bool standing = hearing.expect->reply == protocols::Expectation::Reply::standing;
   if (standing || hearing.request.empty() || !IsText(hearing, heard)) return {};
@@ -403,7 +403,7 @@ namespace {
 constexpr std::size_t kQuotedBytes = 8;
 /// A modem, radio or serial server adds at most this many bytes around a packet.
 constexpr std::size_t kLongestFrame = 24;
-/// A driver does not cause this many bytes that do not have the form of IsOfDriver.
+/// This many bytes of another form than IsOfDriver describes do not come from a bus driver.
 constexpr std::ptrdiff_t kFewStrange = 2;
 
 Symptom SymptomOf(protocols::Recognised::What what) {
@@ -491,7 +491,7 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part) {
     foreign->symptom = Symptom::master_beside;
     return foreign;
   }
-  // If replies consist of hexadecimal digits, these bytes are the rest of a reply and no text.
+  // If replies consist of hexadecimal digits, `part` is the rest of a reply and no text.
   if (IsHexText(hearing, part)) return std::nullopt;
   auto words = Words(hearing, part, true);
   if (words) words->symptom = Symptom::text_beside;
@@ -504,7 +504,8 @@ Finding StrayBeside(const Hearing& hearing, View before, View behind) {
                    .bytes = before.size() + behind.size(),
                    .cause = Around(before, behind)};
   };
-  // A driver does not cause such bytes, so another device sends while the bus should be idle.
+  // Bytes that no bus driver causes come from another device, which sends while the bus should be
+  // idle.
   const auto strange = std::ranges::count_if(
       before, [](std::uint8_t byte) { return !IsOfDriver(byte) && !IsLineEnd(byte); });
   const bool speaks = !hearing.connection && strange >= kFewStrange;

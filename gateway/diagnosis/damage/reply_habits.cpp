@@ -98,8 +98,8 @@ bool ReplyHabits::NoteSame(const HeardExchange& exchange, bool right) {
   const bus::Member& member = *exchange.member();
   const View heard = exchange.heard();
   const View came = heard.subspan(std::min(heard.size(), TransactionBytes(*member.protocol)));
-  // Only if the length of a reply follows from its request (PDU) can equal bytes not be a reply:
-  // texts with different values may be equal by chance.
+  // Equal bytes are a misfit only if the length of a reply follows from its request (PDU). Texts
+  // with different values may be equal by chance.
   const bool misfit = !ProvesLife(exchange.outcome()) && member.protocol->carrier != nullptr;
   return of_[member].same.OnCame(came, exchange.request().bytes, right, misfit,
                                  member.protocol->tcp);

@@ -32,7 +32,6 @@ class HeardExchange {
   void Begin(const bus::Member& member, const protocols::Request& request,
              const bus::LineTimes& times, Instant now);
   void Hear(View bytes, Instant now);
-  /// Stores the frame that was accepted as the reply.
   void Take(View frame) { frame_.assign(frame.begin(), frame.end()); }
   void End(Outcome outcome);
   /// True if bytes have come after End and after the last call of TakeMore.
@@ -66,7 +65,7 @@ class HeardExchange {
   protocols::Request request_;
   bus::LineTimes times_;
   Instant sent_{};
-  Instant last_{};  // when the last byte was on the line
+  Instant last_{};
   Duration idle_{};
   Outcome outcome_ = Outcome::none;
   std::size_t judged_ = 0;  // number of bytes that were examined
@@ -133,8 +132,8 @@ class ReplyLag {
 //
 class SameAgain {
  public:
-  /// This many other requests with the same reply are not chance; kSameNumbered applies if replies
-  /// are numbered.
+  /// This many further requests that get the same bytes are not chance; kSameNumbered applies if
+  /// replies are numbered.
   static constexpr std::size_t kSame = 4;
   static constexpr std::size_t kSameNumbered = 2;
 
@@ -225,7 +224,7 @@ class ReplyHabits {
   /// A request that seemed lost and was sent again.
   struct LostTry {
     Duration after{};      ///< time since the first try of the request
-    std::size_t back = 0;  ///< number of exchanges of the member that have begun since
+    std::size_t back = 0;  ///< number of exchanges of the member that have begun since this request
   };
   /// Call when a second reply of the member came. If a request seemed lost and was sent again a
   /// short time ago, one of the two replies was its late reply: returns this request, once.
@@ -255,7 +254,7 @@ class ReplyHabits {
     std::size_t since = 0;  // exchanges since the request of `lost`
     ReplyLag lag;
     SameAgain same;
-    TakenReply misfit;  // a text that lacks a character; a good reply to its request clears it
+    TakenReply misfit;  // a text that lacks a character; a good reply to the same request clears it
   };
 
   bus::ByMember<Entry> of_;

@@ -337,7 +337,7 @@ void FrameLines::Hold(const TraceLine& piece) {
   // All bytes of a piece are masked, or none (gateway/records/trace/line_recorder.h).
   held_.masked.resize(held_.reply.size(), hex->masked);
   held_.shown += piece.shown;
-  held_.shown.resize(held_.reply.size(), '.');  // the blanks at the end of the text are missing
+  held_.shown.resize(held_.reply.size(), '.');  // the record lacks blanks at the end of the text
   held_.last = TimeOfDay(piece.time);
 }
 

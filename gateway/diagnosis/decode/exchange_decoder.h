@@ -30,13 +30,14 @@ struct Capture {
   Bytes reply{};
   bool request_masked = false;
   bool reply_masked = false;
-  std::string time{};   ///< time of the exchange; this and all members below only in a trace
+  /// Time of the exchange. Only a trace sets this and the members below.
+  std::string time{};
   Duration heard_at{};  ///< time of day of the latest bytes
   std::string device{};
   std::optional<Outcome> told{};  ///< the recorded outcome
   std::string why{};              ///< the recorded reason of the outcome
   bool ended = false;             ///< the bytes that follow belong to no exchange
-  bool last = false;              ///< the last exchange of the recording
+  bool last = false;
 
   /// True if the recording contains no outcome, so more bytes may have come than were recorded.
   bool is_open() const { return !time.empty() && !told; }
@@ -58,7 +59,8 @@ std::string ValueText(const DecodedValue& value);
 ///  * `outcome` is the outcome in the trace, because an outcome also depends on times. If the trace
 ///    contains no outcome and no whole frame, `outcome` is `none`: perhaps more bytes came later.
 ///  * `reason` also names the outcome that the bytes alone lead to, if it is another one.
-///  * `values` is empty in that case, and if the trace shows bytes of the reply as **.
+///  * `values` is empty if the bytes alone lead to another outcome, and if the trace shows bytes of
+///    the reply as **.
 struct DecodedExchange {
   Outcome outcome = Outcome::none;
   std::string reason;
@@ -81,7 +83,6 @@ class ExchangeDecoder {
   /// reply.
   std::size_t FirstFrame(const Capture& capture) const;
 
-  /// True if the device sends messages unasked.
   bool Listens() const { return conversation_->Listens() != nullptr; }
   /// Returns the messages in these bytes. Bytes that belong to no message are returned as a damaged
   /// message before the next message, or at the end.
@@ -145,7 +146,7 @@ std::optional<ParsedHex> ParseMaskedHex(std::string_view text);
 
 /// Returns the outcome in the text after "=", such as "corrupt, 27.3 ms: checksum".
 std::optional<Outcome> OutcomeOf(std::string_view end);
-/// Returns the text after the colon; empty: there is no text.
+/// Returns the text after the colon, such as "checksum"; empty: there is no text.
 std::string_view ReasonOf(std::string_view end);
 
 using Decoders = std::map<std::string, ExchangeDecoder>;
