@@ -228,7 +228,7 @@ RouteQueue::Batch RouteQueue::TakeWithTwins(std::size_t place) {
   if (!IsWrite(batch[0]) && std::ranges::any_of(waiting_, alike)) {
     Earlier earlier;
     std::vector<RoutedRequest> twins = TakeIf([&](const RoutedRequest& other) {
-      earlier.Add(other);  // a twin is a read, so adding it delays no other request
+      earlier.Add(other);  // Add ignores reads, so a twin does not block itself
       return alike(other) && earlier.LetPass(other);
     });
     batch.insert(batch.end(), std::make_move_iterator(twins.begin()),
