@@ -19,7 +19,6 @@
 
 namespace baudgate {
 
-/// True if the character at place `at` is a comma between two digits.
 bool IsDecimalComma(std::string_view text, std::size_t at);
 
 /// Replaces a decimal comma by a point: returns "1.5s" for "1,5s". Returns an empty text unless the
@@ -35,8 +34,8 @@ std::string WithDecimalPoint(std::string_view text);
 std::string WhyLeadingZero(std::string_view number);
 
 /// Returns an error if a number in `text` has a leading zero. Only two kinds of numbers are
-/// checked: numbers directly behind one of the characters `behind` ('^' stands for the beginning of
-/// the text), and bit numbers ("[b03]", "[b0-b03]"). The error names the number.
+/// checked: numbers directly after one of the characters in `behind` ('^' stands for the beginning
+/// of the text), and bit numbers in brackets ("[b03]", "[b0-b03]"). The error names the number.
 Status RefuseLeadingZeros(std::string_view text, std::string_view behind);
 
 /// Sums and products of Decimals are exact if their digits fit into 64 bits; longer results are
@@ -56,7 +55,8 @@ class Decimal {
 
   /// Reads "-12.50", "+7", "1e30", or a whole number without a sign in hex: "0xFFFF".
   static std::optional<Decimal> Parse(std::string_view text);
-  /// Returns nothing for a text, NaN, infinity and an empty value. A boolean is 0 or 1.
+  /// Returns the number with all its digits ("12.5"). Numbers below 1e-6, and from 1e21 on, have an
+  /// exponent.
   static std::optional<Decimal> Of(const Value& value);
 
   double ToDouble() const;
@@ -80,7 +80,7 @@ class Decimal {
   /// `b` must not be 0.
   friend Decimal operator/(const Decimal& a, const Decimal& b);
   friend Decimal operator-(const Decimal& a, const Decimal& b) { return a + -b; }
-  /// True if `exact` differs from this number by at most half a unit of this number's last digit.
+  /// True if this number is `exact`, rounded to the last digit of this number: 1.3 for 1.26.
   bool IsRounded(const Decimal& exact) const;
   Decimal operator-() const;
   Decimal& operator*=(const Decimal& other) { return *this = *this * other; }

@@ -21,11 +21,12 @@ int MoveFile(const std::filesystem::path& from, const std::filesystem::path& to)
 /// Removes the file if it exists. Returns an errno; 0: the file is gone from the disk.
 int RemoveFile(const std::filesystem::path& file);
 
-/// Kinds of files that ReadWhole accepts. `any`: also pipes, which wait for a writer.
+/// Kinds of files that ReadWhole accepts. With `any`, pipes are accepted, and ReadWhole waits for
+/// their writer.
 enum class Kind : std::uint8_t { regular, any };
 
 /// Returns the content; nothing, with errno set, if the file does not exist, cannot be read, has
-/// more than 32 MiB, or is not of the kind.
+/// more than 32 MiB, or is not of this `kind`.
 std::optional<std::string> ReadWhole(const std::filesystem::path& file, Kind kind = Kind::regular);
 
 }  // namespace baudgate
