@@ -142,7 +142,7 @@ class LastHour {
 enum class DeviceState : std::uint8_t {
   never_seen = 0,
   online = 1,
-  degraded = 2,
+  degraded = 2,  ///< some of its exchanges fail
   offline = 3,
   disabled = 4,
 };
