@@ -55,12 +55,12 @@ class Decimal {
 
   /// Reads "-12.50", "+7", "1e30", or a whole number without a sign in hex: "0xFFFF".
   static std::optional<Decimal> Parse(std::string_view text);
-  /// Returns the number with all its digits ("12.5"). Numbers below 1e-6, and from 1e21 on, have an
-  /// exponent.
+  /// Returns nothing for a text, NaN, infinity and an empty value. A boolean is 0 or 1.
   static std::optional<Decimal> Of(const Value& value);
 
   double ToDouble() const;
-  /// Returns the number with all its digits ("12.5"), without an exponent from 1e-6 to 1e21.
+  /// Returns the number with all its digits ("12.5"). Numbers below 1e-6, and from 1e21 on, have an
+  /// exponent.
   std::string ToText() const;
   /// Returns an integer if the number is whole and fits into 64 bits, else a double.
   Value ToValue() const;
@@ -70,7 +70,7 @@ class Decimal {
 
   bool is_negative() const { return is_negative_; }
   bool is_whole() const;
-  /// True if this number is a multiple of `step`. If `step` is 0, only 0 is a multiple.
+  /// If `step` is 0, only 0 is a multiple.
   bool IsMultipleOf(const Decimal& step) const;
   /// Returns this number times 10 to the power of `places`.
   Decimal Shifted(int places) const;

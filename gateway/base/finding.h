@@ -19,7 +19,7 @@
 namespace baudgate {
 
 enum class Symptom : std::uint8_t {
-  // For the symptoms from `clean` to `others_beside` a good reply came.
+  // From `clean` to `others_beside`: a good reply came.
   clean,
   refusal,  ///< the good reply refuses the request, or asks to wait
   doubted,  ///< the reply was not used, because it may answer an earlier request
@@ -33,7 +33,7 @@ enum class Symptom : std::uint8_t {
   device_beside,  ///< with the good reply, a whole reply of another device came
   copies,         ///< the good reply came more than once
   others_beside,  ///< with the good reply, a second reply of another content came
-  // For the symptoms from `silence` on no good reply came, or none that could be used.
+  // From `silence` on: no good reply came, or none that could be used.
   silence,
   echo,   ///< only the request itself came back
   late,   ///< a whole reply came after the reply time

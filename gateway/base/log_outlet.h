@@ -157,7 +157,7 @@ class Outlet {
 
   /// Queues `line`, which ends with a line feed.
   void Put(std::string line);
-  /// Waits until all lines are written. Returns false if `patience` is over before.
+  /// Waits until all lines are written, at most for `patience`. Returns false if lines remain.
   bool Flush(Duration patience);
   std::uint64_t dropped() const;
 

@@ -246,7 +246,7 @@ struct DeviceStatus {
   /// The device sends messages without being asked. Each message counts as an exchange, a damaged
   /// message as corrupt.
   bool unasked = false;
-  std::uint32_t lost_events = 0;  ///< events sent unasked that could not be saved
+  std::uint32_t lost_events = 0;  ///< events that came without a request and could not be saved
   config::Timing timing;
   RecentOutcomes recent;
   Findings findings;

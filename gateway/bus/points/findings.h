@@ -258,9 +258,9 @@ class Findings {
   /// Null: no such way was found.
   const Finding* Check() const { return checks_.winner(); }
 
-  /// For messages that come unasked in bursts: returns the shortest and the longest silence between
-  /// two bursts. Silences below a quarter of `least` are within a burst. Empty: no burst was found,
-  /// or a silence was between a quarter of `least` and `least`.
+  /// For messages that come without a request, in bursts: returns the shortest and the longest
+  /// silence between two bursts. Silences below a quarter of `least` are within a burst. Empty: no
+  /// burst was found, or a silence was between a quarter of `least` and `least`.
   std::optional<std::pair<Duration, Duration>> Period(Duration least) const {
     std::optional<std::pair<Duration, Duration>> period;
     for (std::size_t i = 0; i < size(); ++i) {

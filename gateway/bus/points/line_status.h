@@ -139,7 +139,8 @@ struct LineStatus : LineCounters {
   WallTime release_asked_until{};
   /// The port was closed because no device behind it answered, and is being opened again.
   bool silent = false;
-  bool lent_to_client = false;  ///< the port is released to a network client, not by hand
+  /// the port is released to a network client, not by `baudgate release`
+  bool lent_to_client = false;
   std::uint32_t times_lost = 0;
   RecentTimes losses;
   bool takes_no_data = false;  ///< the port was lost because it accepted no more bytes

@@ -51,7 +51,8 @@ constexpr int kRepliesToForget = 100;
 constexpr int kPartTakenOff = 1024;
 constexpr Duration kLeastPatience = 1ms;
 
-/// Returns the greatest extra reply time: with it the exchange still ends before the ceiling.
+/// Returns the greatest extra reply time: with it the exchange still ends within
+/// LineTimes::ceiling.
 Duration RoomOf(const Member& member) {
   const LineTimes& times = member.times;
   return std::max<Duration>(times.ceiling - times.reply - times.gap, {});
@@ -90,8 +91,8 @@ Duration Patience::More(const Member& member) const {
 
 namespace {
 
-/// In characters. Bytes that come later than this (plus the drain time) after a good reply are not
-/// a copy of the reply.
+/// In characters. Bytes that come later than this (plus LineTimes::drain) after a good reply are
+/// not a copy of the reply.
 constexpr int kLongestTrail = 256;
 /// In bytes. So few bytes are not a reply, because a driver that releases the bus can cause them.
 constexpr std::size_t kNoise = 3;
@@ -155,7 +156,7 @@ void LateReplies::OnEnded(const Asked& asked, const ExchangeEnd& end, bool nothi
 
 LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant now) {
   StrayEffects effects;
-  // After the ceiling no reply can come, so the bytes are noise.
+  // After LineTimes::ceiling no reply can come, so the bytes are noise.
   if (last_ == nullptr || stray.since_end > last_->times.ceiling) return effects;
   const Member& member = *last_;
   Entry& entry = entries_[member];
@@ -289,7 +290,7 @@ void LateReplies::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
     // A probe of an offline device must not make the other devices wait this long each time.
     if (asked.lone_probe && asked.named()) return;
     // If the server closed the connection, the exchange has ended before its reply time, but the
-    // reply may come until the ceiling.
+    // reply may come until LineTimes::ceiling is over.
     const Instant by_end = std::max(now + times.ceiling - times.reply, asked.sent + times.ceiling);
     const Instant by_request = asked.sent_out() + times.ceiling;
     SetLate(member, member.device != nullptr ? by_end : std::max(by_request, by_end));
@@ -342,7 +343,7 @@ Duration LateReplies::ExtraDrain(const Member& member) const { return entries_[m
 
 /// Returns the silence after a good reply. If the request was sent n times, the reply may be the
 /// reply to the first try, and n - 1 replies may follow. They come within the time since the first
-/// try, plus the lateness of earlier replies (more_drain); the ceiling is the limit.
+/// try, plus the lateness of earlier replies (more_drain); LineTimes::ceiling is the limit.
 Duration LateReplies::Aftermath(const Asked& asked, Instant now) const {
   const Entry& entry = entries_[*asked.member];
   // The reply carries a number or is correct for any request (any_order), so late replies do no

@@ -106,7 +106,7 @@ class LateReplies {
   void OnEnded(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for, Instant now);
 
   struct StrayEffects {
-    bool counts = true;  ///< the bytes count as stray bytes of the line
+    bool counts = true;  ///< false: the bytes do not count in LineCounters::stray_bytes
     /// The member whose late reply the bytes are. Null: the bytes are no late reply, or the late
     /// reply was reported before.
     const Member* late_member = nullptr;
@@ -200,7 +200,7 @@ class LateReplies {
     Instant late_until{};  // the reply to a failed request may come until this time
     std::optional<Instant> unanswered_since;  // when the first request without a reply was sent
     Last last;
-    // Extra silence after failed exchanges, because bytes came later than the drain time.
+    // Extra silence after failed exchanges, because bytes came later than LineTimes::drain.
     Duration more_drain{};
     // Silence after good replies, because a copy came after a good reply. Needed by
     // MisbehavingTwin.DoubledRepliesAffectNoOtherReply/Set4tm9600.

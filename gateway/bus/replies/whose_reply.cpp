@@ -275,7 +275,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   if (!entry.answered_probe || now - entry.proven_at > holds) return true;
   if (IsUnprovable(member)) return false;
   const bool odd = std::ranges::find(entry.odd, asked.question()) != entry.odd.end();
-  if (odd && !asked.proved && entry.proofless == 0) return true;  // row 14
+  if (odd && !asked.proved && entry.proofless == 0) return true;  // row 14 of the table at the top
   if (IsSafe(asked)) return false;
   // Each retry gets the next pending reply. So retries reach the right reply if no more replies are
   // pending than at the latest proof (`lag`), and at most four. Otherwise a probe is better: after
@@ -371,15 +371,15 @@ bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
 /// 13).
 void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
                        const AnswerOrder::MayAnswer& may_answer) {
-  // Without a proof, replies to strangers cannot be distinguished from replies to this gateway, so
-  // they are not expected any longer.
+  // Without a proof, replies to other masters cannot be distinguished from replies to this gateway,
+  // so they are not expected any longer.
   const bool nameless = asked.probe && ProvesLife(outcome) && !asked.request->is_proof();
   if (nameless) orders_.Of(*asked.member).ForgetStrangers();
   orders_.OnAnswer(*asked.member, fits, may_answer);
 }
 
 /// Stores the name from the first reply that can only answer a request for the name. Ends the wait
-/// for replies to strangers (row 11).
+/// for replies to other masters (row 11).
 void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   const protocols::Request& request = *asked.request;
   Entry& entry = entries_[*asked.member];

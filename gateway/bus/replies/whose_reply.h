@@ -61,7 +61,7 @@ struct SentRequest {
 
 class AnswerOrder {
  public:
-  /// Greatest number of replies that may still come. To an older request none is expected.
+  /// Greatest number of replies that may still come. If there are more, the oldest are given up.
   static constexpr std::size_t kMostOwed = 63;
   /// Greatest number of replies that may still come to requests of another master (a "stranger").
   static constexpr std::size_t kMostOfStrangers = 3;
@@ -290,8 +290,8 @@ class LostReplies {
     std::optional<Instant> lost_at;  // when the latest exchange without a reply ended
     std::vector<Bytes> requests;
   };
-  /// No slave is expected to take longer for a reply, even if its ceiling is longer. Needed by
-  /// PollerRoutedFaults.ALateReplyOfAnotherLengthIsNotAcceptedAsAnOddReply.
+  /// No slave is expected to take longer for a reply, even if LineTimes::ceiling is longer. Needed
+  /// by PollerRoutedFaults.ALateReplyOfAnotherLengthIsNotAcceptedAsAnOddReply.
   static constexpr Duration kLatest = 5s;
   static constexpr std::size_t kMost = 8;
 
@@ -433,7 +433,7 @@ class WhoseReply {
     bool read = false;  // since OnReconnect, a poll was answered in order and in the expected form
     int lag = 0;        // number of replies that could still come when a proof was last answered
     Instant proven_at{};  // when a probe was answered last
-    int proofless = 0;    // answered probes in a row that were not proofs
+    int proofless = 0;    // answered probes in a row that were no proofs
     Bytes proof_reply;
     std::vector<Bytes> odd;  // requests whose latest replies had an unexpected form
     // Requests that were answered in the expected form, since OnOpened.
@@ -450,14 +450,13 @@ class WhoseReply {
   /// replies come one request early because a reply came twice.
   static constexpr Duration kProofHolds = 1min;
   static constexpr Duration kProofRenews = 45s;
-  /// Greatest numbers of stored requests of each device.
   static constexpr std::size_t kMostOdd = 16;
   static constexpr std::size_t kMostKnownForms = 256;
   /// After this many tasks without an answer to the same request, the device counts as not
   /// supporting the request, so no reply to it is expected.
   static constexpr int kUnknown = 3;
   /// How long after the latest request a reply of a device without reads may still come. If twice
-  /// the ceiling of the device is longer, that time is used.
+  /// LineTimes::ceiling is longer, that time is used.
   static constexpr Duration kOwedFor = 10s;
 
   /// True if the device answers probes, but none of them is a proof. After a disturbance it cannot

@@ -94,7 +94,8 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
   }
   if (const auto when = next(facts.now, worst)) return Look{*when, kind};
   // A client waits for this member, and may have given up by the end of the next exchange. So the
-  // probe does not wait for an exchange: it may delay other devices as soon as the share allows.
+  // probe does not wait for an exchange: it may delay other devices as soon as the share of
+  // `budget` allows.
   if (facts.client_waits(member)) return Look{std::max(facts.now, budget.earned_at()), kind};
   return std::nullopt;
 }

@@ -66,8 +66,8 @@ class Probes {
   static constexpr Duration kFirstTime = 10s;
   /// Some devices miss a request that comes too soon after other telegrams. After kHastyLooks
   /// probes without a preceding silence of kRest, the next probe waits for such a silence. If the
-  /// polls of other devices leave no silence, the probe delays them as soon as the share allows.
-  /// Does not apply to Modbus TCP and to slaves without configuration.
+  /// polls of other devices leave no silence, the probe delays them as soon as kShare allows. Does
+  /// not apply to Modbus TCP and to slaves without configuration.
   static constexpr Duration kRest = 300ms;
   static constexpr int kHastyLooks = 2;
   /// If the conversation (protocols/conversation.h) has no request for a probe, it is asked again
@@ -104,8 +104,8 @@ class Probes {
   void OnAsked(const Member& member, bool can, Instant now) {
     entries_[member].ask_again = can ? std::nullopt : std::optional(now + kAskAgain);
   }
-  /// True if the member cannot be probed: only a write, or a message sent unasked, can show that it
-  /// is back.
+  /// True if the member cannot be probed: only a write, or a message that it sends without being
+  /// asked, can show that it is back.
   bool CannotProbe(const Member& member) const { return entries_[member].ask_again.has_value(); }
 
   /// Call when a late reply of the member has come. Its requests do arrive, so first looks are not
@@ -137,15 +137,15 @@ class Probes {
   /// Returns LineStatus::notice_bound, the longest time until the return of an offline member is
   /// noticed. It is the sum of
   /// * the first looks that remain,
-  /// * the time until the share allows the next probe,
+  /// * the time until kShare allows the next probe,
   /// * one turn, in which each offline member is probed once,
   /// * the longest poll period, because a probe that delays other devices is sent only after an
   ///   exchange.
   ///
   /// For each member the turn contains the longer of two times: the worst case of its probe plus
-  /// kRest and ProbeBudget::kPause; or the time until the share allows the delay of its last probe.
-  /// If the longest measured time between two probes plus the worst case is longer than the sum, it
-  /// is returned. Empty: no member is offline.
+  /// kRest and ProbeBudget::kPause; or the time until kShare allows the delay of its last probe. If
+  /// the longest measured time between two probes plus the worst case is longer than the sum, it is
+  /// returned. Empty: no member is offline.
   std::optional<Duration> NoticeBound(Instant now) const;
 
  private:

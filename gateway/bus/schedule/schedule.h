@@ -183,7 +183,7 @@ class Schedule {
     Instant hasten_from{};     // Hasten does nothing before this time
     std::size_t go_first = 0;  // number of polls that go before the next write
     std::size_t at_once = 0;   // requests for events that may still follow at once after new events
-    Instant at_once_until{};   // at this time `at_once` gets its initial value
+    Instant at_once_until{};   // when `at_once` gets its initial value again
     std::uint32_t missed = 0;
   };
 
@@ -206,8 +206,8 @@ class Background {
   /// poll.
   static constexpr Duration kLongest = std::chrono::minutes(1);
   static constexpr Duration kPause = 1s;  ///< wait after a read that could not be sent
-  /// Number of answered reads from which on the longest of them shows how much time a read needs.
-  /// Before, `room` of Set counts.
+  /// After this many answered reads, the longest of them shows how much time a read needs. Until
+  /// then, `room` of Set counts.
   static constexpr int kFew = 8;
   enum class Which : std::uint8_t { that_fits, that_starves };
 
@@ -346,8 +346,7 @@ class Turns {
  private:
   int urgent_in_row_ = 0;
   std::size_t high_in_row_ = 0;
-  // polls and requests of normal priority take turns; true: a poll is next
-  bool poll_next_ = false;
+  bool poll_next_ = false;  // polls and routed_normal take turns; true: a poll is next
   Duration debt_{};
 };
 

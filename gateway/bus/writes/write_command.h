@@ -112,7 +112,7 @@ struct Reads {
   std::vector<std::uint32_t> points;
 };
 
-/// A telegram that a user sends by hand (`baudgate ask`). The line sends it unchanged.
+/// A telegram that a user has written (`baudgate ask`). The line sends it unchanged.
 struct Telegram {
   Bytes bytes;            ///< the whole frame
   bool reads = false;     ///< the protocol guarantees that the telegram only reads
