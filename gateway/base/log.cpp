@@ -76,7 +76,8 @@ void PrintRepeats(Repeats (Folder::*take)(Instant)) {
   PrintRepeats(repeats);
 }
 
-/// Teller writes held back repeats when their minute is over, even if no other text is logged then.
+/// Teller writes repeats that were held back when their minute is over, even if nothing else is
+/// logged then.
 class Teller {
  public:
   Teller() {

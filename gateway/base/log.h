@@ -17,8 +17,8 @@ namespace baudgate::log {
 enum class Level { debug, info, warning, error };
 
 /// The line and device that a log text is about. They precede the text ("line bay: device relay:
-/// offline"), and are fields in the journal (LINE=, DEVICE=, OUTCOME=). `outcome`, a name of
-/// outcome.h, is in the journal only.
+/// offline"), and are fields in the journal (LINE=, DEVICE=, OUTCOME=). `outcome`, the name of an
+/// Outcome, is in the journal only.
 struct About {
   std::string line{};
   std::string device{};

@@ -93,7 +93,6 @@ struct Quality {
   constexpr bool operator<(const Quality& other) const { return code < other.code; }
 };
 
-/// Returns the quality of all values of a device with this reason.
 constexpr Quality QualityOfDevice(Reason reason) {
   switch (reason) {
     case Reason::other_module:

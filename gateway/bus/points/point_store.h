@@ -116,9 +116,6 @@ struct DeviceRecord {
   std::uint64_t version = 0;
 };
 
-// Functions that compute the quality of a stored value at a given time: the quality of the last
-// reading, made worse by doubt, by age, and by the state of device and line.
-
 /// Returns the age limits for each config::Group. `line_cycle`: see DeviceRecord. A value becomes
 /// too old after twice this time at the earliest.
 std::array<AgeLimits, config::kGroups> LimitsOf(const config::Device& device, Duration line_cycle);

@@ -74,10 +74,11 @@ struct Asked {
 //   the device goes offline      300 ms, so that probes of it do not delay other devices
 class Patience {
  public:
-  /// A late reply came after its exchange had ended. `lateness`: time since the end of the reply
-  /// time.
+  /// Call when a late reply came after its exchange had ended. `lateness`: time since the end of
+  /// the reply time.
   void OnLate(const Member& member, Duration lateness);
-  /// A reply was accepted. `lateness`: time since the end of the reply time; zero or less: in time.
+  /// Call when a reply was accepted. `lateness`: time since the end of the reply time; zero or
+  /// less: in time.
   void OnAnswered(const Member& member, Duration lateness);
   void OnOffline(const Member& member) { entries_[member] = {}; }
 

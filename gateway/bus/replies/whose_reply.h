@@ -67,9 +67,9 @@ class AnswerOrder {
   static constexpr std::size_t kMostOfStrangers = 3;
 
   void OnSent(const SentRequest& request);
-  /// Another master may have used the port, so up to kMostOfStrangers replies to its requests may
-  /// still come, and any reply may be one of them. Does nothing if such replies are expected
-  /// already.
+  /// Call when another master may have used the port: up to kMostOfStrangers replies to its
+  /// requests may still come, and any reply may be one of them. Does nothing if these replies are
+  /// expected already.
   void OnStranger(Instant now);
   void ForgetStrangers();
   /// Returns true if the reply that came may answer `request`. `before`: how many requests before
@@ -90,9 +90,9 @@ class AnswerOrder {
   void OnLost();
   /// True if the reply may answer any stored earlier request, whether its reply has come or not.
   bool MayBeEarlier(const MayAnswer& may_answer) const;
-  /// A reply has come twice, so one reply more may still come.
+  /// Call when a reply has come twice: one reply more may still come.
   void OnCopy();
-  /// No reply can come any more: the latest request counts as answered.
+  /// Call when no reply can come any more. The latest request counts as answered.
   void Reset() { answered_ = 1; }
   /// Calls Reset() if the latest request was sent before `time`, so that no reply is expected.
   void ForgetBefore(Instant time) {
@@ -271,7 +271,7 @@ class LostReplies {
     bool same = false;   ///< a request with the same bytes as the present one
   };
 
-  /// `request` got no reply, or a damaged one.
+  /// Call when `request` got no reply, or a damaged one.
   void OnLost(const Member& slave, const Bytes& request, Instant now);
   /// True if a late reply to a stored request can come in place of the reply to a request that was
   /// sent at `began`.
@@ -305,14 +305,13 @@ class Identity {
   bool known() const { return !reply_.empty(); }
   /// True if the stored reply contains a name; false if the device refuses to give its name.
   bool names() const { return known() && names_; }
-  /// True if `request` is the request that asks the device for its name.
   bool IsAskedBy(const Bytes& request) const { return known() && request == request_; }
   /// True if `reply` equals the stored reply with the name.
   bool Is(View reply) const;
 
   /// Stores the request for the name and its reply. The reply must certainly answer this request.
   void Learn(const Bytes& request, View reply, Outcome outcome);
-  /// The request for the name was answered with the stored reply.
+  /// Call when the request for the name was answered with the stored reply.
   void OnSame() {
     other_.clear();
     certain_ = true;
@@ -422,7 +421,7 @@ class WhoseReply {
   /// answer an earlier request confirms no write.
   void OnNoProof(const Device& device, Instant now);
 
-  /// A second, different reply came: one of the two replies belongs to another request.
+  /// Call when a second, different reply came: one of the two replies belongs to another request.
   void OnSecondReply(const Member& member);
 
  private:
@@ -499,7 +498,7 @@ class LatestReadings {
   void OnStored(Points read) {
     if (std::ranges::find(read_, read) == read_.end()) read_.push_back(std::move(read));
   }
-  /// The line was silent for so long that no reply to an earlier request can come.
+  /// Call when the line was silent for so long that no reply to an earlier request can come.
   void OnRested() { read_.clear(); }
   std::vector<Points> TakeAll() { return std::exchange(read_, {}); }
 

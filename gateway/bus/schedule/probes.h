@@ -34,14 +34,14 @@ class ProbeBudget {
   std::optional<Instant> NextProbe(Instant now, std::optional<Instant> next_due, Instant idle_since,
                                    Duration worst_cost) const;
 
-  /// A probe used the line from `from` to `to`, and answering devices waited `waited` because of
-  /// it.
+  /// Call when a probe has used the line from `from` to `to`. `waited`: how long answering devices
+  /// waited because of it.
   void OnProbe(Instant from, Instant to, Duration waited);
 
   /// Returns from when on a probe may delay other devices again.
   Instant earned_at() const { return std::max(pause_until_, share_free_at_); }
 
-  /// Returns the longest time from the begin of a probe to the next probe, if the probe takes
+  /// Returns the longest time from the start of a probe to the next probe, if the probe takes
   /// `cost` and makes other devices wait for `waited`.
   static Duration Interval(Duration cost, Duration waited, double share = kShare);
 
@@ -100,7 +100,7 @@ class Probes {
                         .first_until = now + kFirstTime,
                         .ask_again = cannot ? std::optional(now) : std::nullopt};
   }
-  /// The conversation was asked for a probe. `can`: it has returned a request.
+  /// Call when the conversation was asked for a probe. `can`: it has returned a request.
   void OnAsked(const Member& member, bool can, Instant now) {
     entries_[member].ask_again = can ? std::nullopt : std::optional(now + kAskAgain);
   }

@@ -137,13 +137,13 @@ class Schedule {
 
   void OnUsed(std::size_t device, Duration time) { devices_[device].used += time; }
   /// Stores whether the last exchange of the device failed, because other devices then go first.
-  /// Suspend clears this.
+  /// Suspend sets it to false.
   void SetFailing(std::size_t device, bool failing) { devices_[device].failing = failing; }
   bool failing(std::size_t device) const { return devices_[device].failing; }
   bool AnotherFails(std::size_t device) const;
 
-  /// A write to the device has failed, so one poll of each query goes before the next write. A
-  /// client that writes all the time would otherwise block the polls of the device.
+  /// Call when a write to the device has failed: one poll of each query goes before the next write.
+  /// Otherwise a client that writes all the time would block the polls of the device.
   void GoFirst(std::size_t device);
   /// True if polls of the device have to go before its next write, and a poll is due.
   bool GoesFirst(std::size_t device, Instant now) const {
@@ -241,7 +241,7 @@ class Background {
   /// A read of the device has ended. `took`: its duration with its proof; zero: it was not
   /// answered. Long durations are remembered for some time, because the next read may take as long.
   void NoteEnd(std::size_t device, Duration took, bool proved = false);
-  /// The read could not be sent, so the device has no read for kPause.
+  /// Call when the read could not be sent. The device has no read for kPause.
   void OnUnsent(std::size_t device) { items_[device].again = items_[device].taken + kPause; }
   /// True if a read of the device would end before the next poll is due.
   bool HasRoom(std::size_t device, Instant now) const {
@@ -322,7 +322,6 @@ class Turns {
   /// kind can be in the list twice.
   std::vector<Choice> Order(const Waiting& waiting) const;
   void OnTaken(Choice choice, const Waiting& waiting);
-  /// Call if no kind had a job.
   void OnNothing() {
     urgent_in_row_ = 0;
     high_in_row_ = 0;

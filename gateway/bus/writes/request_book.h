@@ -43,7 +43,7 @@ struct PastRequest {
   WriteEnd end = WriteEnd::unknown;
   std::string reason;
   Duration took{};
-  Duration age{};  ///< time since the request was made
+  Duration age{};
 };
 
 struct PastRequests {

@@ -85,7 +85,6 @@ bool RouteQueue::HasUrgent(std::uint8_t slave) const {
          });
 }
 
-/// Takes a short write, or a block that was written to the same slave before it.
 RouteQueue::Batch RouteQueue::TakeUrgent(const MayAsk& may_ask) {
   std::array<std::size_t, 256> ends{};  // for each slave: place after its last short write
   std::size_t end = 0;                  // place after the last short write to any slave

@@ -77,8 +77,8 @@ class RouteTarget {
   /// Takes a request. Returns false if the queue is full or the target is stopping; `done` is not
   /// called then.
   virtual bool Submit(RoutedRequest request) = 0;
-  /// The client has left. Its waiting requests are answered at once and not sent; an exchange under
-  /// way continues.
+  /// Call when the client has left. Its waiting requests are answered at once and not sent; an
+  /// exchange under way continues.
   virtual void Abandon(std::uint64_t client) = 0;
 };
 
@@ -95,7 +95,6 @@ class RouteQueue {
   /// A write of more registers than this is a block: it waits for its turn like a read.
   static constexpr std::size_t kShortWrite = 8;
 
-  /// Returns true if the slave and the line allow the request to be sent now.
   using MayAsk = std::function<bool(const RoutedRequest& request)>;
   /// The request to send, and identical reads that are answered by the same reply.
   using Batch = std::vector<RoutedRequest>;

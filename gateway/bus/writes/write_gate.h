@@ -50,9 +50,6 @@ namespace baudgate::bus {
 /// true, false, on, off, 1, 0. Whole numbers are exact. The error says what is valid.
 Result<Value> ParseValue(const config::Point& point, std::string_view text);
 
-// Rules for the value of a write: min, max, step and decimals of config::Writing, and whether the
-// device can represent the value. The functions have no state.
-
 /// Returns the number with the unit of the point, such as "50 Hz".
 std::string WithUnit(const config::Point& point, const Decimal& number);
 
