@@ -77,9 +77,9 @@ class ByteReader {
 };
 
 struct ModemLines {
-  bool dtr = false;  ///< set by this machine, as `rts` is
+  bool dtr = false;  ///< output of this machine, as is rts
   bool rts = false;
-  bool cts = false;  ///< set by the device, as all lines below
+  bool cts = false;  ///< input from the device, as are dsr, dcd and ring
   bool dsr = false;
   bool dcd = false;
   bool ring = false;
@@ -90,7 +90,7 @@ struct ModemLines {
 /// CRC-16/MODBUS: reflected polynomial 0xA001, start 0xFFFF, no final XOR. Check("123456789") =
 /// 0x4B37.
 std::uint16_t Crc16(View bytes);
-/// Appends the CRC of `bytes` to `bytes`, low byte first.
+/// Appends the CRC of `bytes`, low byte first.
 void AppendCrc16(Bytes& bytes);
 /// True if the frame has at least three bytes and its last two are the CRC of the bytes before
 /// them.

@@ -195,7 +195,8 @@ std::string Decimal::ToText() const {
   const std::string sign = is_negative_ ? "-" : "";
   std::string text = std::to_string(digits_);
   const int size = static_cast<int>(text.size());
-  const int point = size + exponent_;  // number of digits in front of the point
+  // The number of digits in front of the point. Zero or less: the number begins with "0.0".
+  const int point = size + exponent_;
   if (point > 21 || point < -5) return sign + text + "e" + std::to_string(exponent_);
   if (exponent_ >= 0) return sign + text.append(static_cast<std::size_t>(exponent_), '0');
   if (point > 0) return sign + text.insert(static_cast<std::size_t>(point), ".");
@@ -230,8 +231,8 @@ bool Decimal::is_whole() const { return exponent_ >= 0; }
 
 bool Decimal::IsMultipleOf(const Decimal& step) const {
   if (digits_ == 0 || step.digits_ == 0) return digits_ == 0;
-  // Scales this number to the exponent of `step`; a smaller exponent means no multiple. Only
-  // remainders are computed, so no product overflows.
+  // If this number has more decimal places than `step`, it is no multiple. Otherwise it is scaled
+  // to the exponent of `step`. Only remainders are computed, so no product overflows.
   if (exponent_ < step.exponent_) return false;
   Digits rest = digits_ % step.digits_;
   for (int i = step.exponent_; i < exponent_ && rest != 0; ++i) rest = rest * 10 % step.digits_;
@@ -313,7 +314,8 @@ double AsDecimal(double number) {
   const auto single = static_cast<float>(number);
   if (static_cast<double>(single) != number) return number;
   const double shown = read(std::to_chars(text.data(), last, single).ptr);
-  // The largest float32 is printed as 3.4028235e38, which is above the range of float32.
+  // The largest float32 is printed as 3.4028235e38, which is above the range of float32, so it is
+  // returned unchanged.
   return std::abs(shown) > std::numeric_limits<float>::max() ? number : shown;
 }
 

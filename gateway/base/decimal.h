@@ -19,7 +19,6 @@
 
 namespace baudgate {
 
-/// True if the character at place `at` is a comma between two digits.
 bool IsDecimalComma(std::string_view text, std::size_t at);
 
 /// Replaces a decimal comma by a point: returns "1.5s" for "1,5s". Returns an empty text unless the
@@ -35,8 +34,8 @@ std::string WithDecimalPoint(std::string_view text);
 std::string WhyLeadingZero(std::string_view number);
 
 /// Returns an error if a number in `text` has a leading zero. Only two kinds of numbers are
-/// checked: numbers directly behind one of the characters `behind` ('^' stands for the beginning of
-/// the text), and bit numbers ("[b03]", "[b0-b03]"). The error names the number.
+/// checked: numbers directly after one of the characters in `behind` ('^' stands for the beginning
+/// of the text), and bit numbers in brackets ("[b03]", "[b0-b03]"). The error names the number.
 Status RefuseLeadingZeros(std::string_view text, std::string_view behind);
 
 /// Sums and products of Decimals are exact if their digits fit into 64 bits; longer results are
@@ -60,7 +59,8 @@ class Decimal {
   static std::optional<Decimal> Of(const Value& value);
 
   double ToDouble() const;
-  /// Returns the number with all its digits ("12.5"), without an exponent from 1e-6 to 1e21.
+  /// Returns the number with all its digits ("12.5"). Numbers below 1e-6, and from 1e21 on, have an
+  /// exponent.
   std::string ToText() const;
   /// Returns an integer if the number is whole and fits into 64 bits, else a double.
   Value ToValue() const;
@@ -70,7 +70,7 @@ class Decimal {
 
   bool is_negative() const { return is_negative_; }
   bool is_whole() const;
-  /// True if this number is a multiple of `step`. If `step` is 0, only 0 is a multiple.
+  /// If `step` is 0, only 0 is a multiple.
   bool IsMultipleOf(const Decimal& step) const;
   /// Returns this number times 10 to the power of `places`.
   Decimal Shifted(int places) const;
@@ -80,7 +80,7 @@ class Decimal {
   /// `b` must not be 0.
   friend Decimal operator/(const Decimal& a, const Decimal& b);
   friend Decimal operator-(const Decimal& a, const Decimal& b) { return a + -b; }
-  /// True if `exact` differs from this number by at most half a unit of this number's last digit.
+  /// True if this number is `exact`, rounded to the last digit of this number: 1.3 for 1.26.
   bool IsRounded(const Decimal& exact) const;
   Decimal operator-() const;
   Decimal& operator*=(const Decimal& other) { return *this = *this * other; }

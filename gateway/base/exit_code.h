@@ -1,4 +1,4 @@
-// Exit codes of the commands, for scripts. The documentation and the man pages list them.
+// Exit codes of the commands, for scripts. The man pages (packaging/man) list them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

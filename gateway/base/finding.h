@@ -19,68 +19,68 @@
 namespace baudgate {
 
 enum class Symptom : std::uint8_t {
-  // For these symptoms, a good reply came. "Also" below means: together with the good reply.
-  clean,    ///< only the good reply came
+  // From `clean` to `others_beside`: a good reply came.
+  clean,
   refusal,  ///< the good reply refuses the request, or asks to wait
   doubted,  ///< the reply was not used, because it may answer an earlier request
   /// The reply has no number where a number belongs; `cause`: what it has in that place.
   no_number,
-  few_beside,     ///< one to three stray bytes came also; they may be harmless
-  noise_before,   ///< stray bytes came also, before the reply
-  noise_behind,   ///< stray bytes came also, behind the reply
-  text_beside,    ///< text for people came also
-  master_beside,  ///< a request that this gateway has not sent came also
-  device_beside,  ///< a whole reply of another device came also
-  copies,         ///< the reply came more than once
-  others_beside,  ///< a second reply with another content came also
-  // For these symptoms, no good reply came, or none that could be used.
+  few_beside,     ///< with the good reply, one to three stray bytes came; they may be harmless
+  noise_before,   ///< stray bytes came before the good reply
+  noise_behind,   ///< stray bytes came behind the good reply
+  text_beside,    ///< with the good reply, a text for people came
+  master_beside,  ///< with the good reply, a request came that this gateway has not sent
+  device_beside,  ///< with the good reply, a whole reply of another device came
+  copies,         ///< the good reply came more than once
+  others_beside,  ///< with the good reply, a second reply of another content came
+  // From `silence` on: no good reply came, or none that could be used.
   silence,
   echo,   ///< only the request itself came back
   late,   ///< a whole reply came after the reply time
-  split,  ///< a whole reply came, with a pause inside that is longer than `gap`
+  split,  ///< a whole reply came, with a pause inside that is longer than LineTimes::gap
   /// A reply without its beginning; `cause`: empty (one byte is missing), "a few" (several are
   /// missing), "garbled" (the first byte is wrong).
   head_lost,
   /// A reply without its last byte; `cause`: "garbled" if the last byte came, but is wrong.
   end_lost,
   tail_lost,  ///< only the beginning of a reply
-  /// The beginning and the end of a reply, with one or two bytes missing between them; `cause`: as
-  /// for other_form, if the reply is a text.
+  /// The beginning and the end of a reply, with one or two bytes missing between them. `cause`: if
+  /// the reply is a text, what is wrong with its form.
   bytes_lost,
   bytes_added,  ///< a reply with one or two bytes too many
   /// A reply of the right form and length with a wrong check value; `cause`: "a text" for a text,
   /// in which a character may be missing.
   bad_check,
-  eighth_bit,     ///< a whole reply after the eighth bit of its characters is cleared
+  eighth_bit,     ///< a whole reply, if the eighth bit of each character is cleared
   other_setting,  ///< a reply that would be whole if the device were configured in another way
   other_protocol,
   other_device,  ///< a whole reply of another device
   other_master,  ///< a request that this gateway has not sent
-  /// The reply to the previous request, soon after the present request; `cause`: "lags" if each
-  /// reply waits for the next request.
+  /// The reply to the previous request came soon after the present request. `cause`: "lags" if each
+  /// reply of the device waits for the next request.
   one_behind,
   /// The same bytes that came to other requests; `cause`: the bytes, if they are a text.
   same_again,
-  /// A request of this gateway came back long after it was sent; `cause`: kOwnRequest if it is a
-  /// part of the current request.
+  /// A request of this gateway came back long after it was sent. `cause`: kOwnRequest if a part of
+  /// the current request came back.
   late_echo,
   late_other,   ///< the late reply of another device of the line
   other_reply,  ///< a whole reply to another request
   two_replies,  ///< two different whole replies to one request
   odd,          ///< a whole reply whose content does not fit its request
-  other_form,   ///< a whole line of text of another form; `cause`: which form
+  other_form,   ///< a whole line of text in another form than the reply; `cause`: the form
   text,         ///< text for people: a login, a menu, a log
   zeros,        ///< only bytes 00 or FF
   damaged,      ///< begins like a reply, but is damaged
-  endless,      ///< the bytes do not stop
-  noise,        ///< bytes in which nothing can be recognised
+  endless,
+  noise,  ///< bytes in which nothing can be recognised
 };
 inline constexpr std::size_t kSymptoms = static_cast<std::size_t>(Symptom::noise) + 1;
 
 /// The `cause` of a Finding with noise_before or late_echo if a part of the request came back.
 inline constexpr std::string_view kOwnRequest = "our own request";
 
-/// The `idle` of the Finding for the first request after a port was opened.
+/// Finding::idle of the first request after a port was opened.
 inline constexpr Duration kLongIdle = Duration::max();
 
 struct Finding {
@@ -90,8 +90,8 @@ struct Finding {
   Duration idle{};  ///< how long the line was silent before the request; kLongIdle: unknown
   std::size_t bytes = 0;
   std::size_t expected = 0;  ///< length of the longest good reply; 0: unknown
-  /// The kSpecialBytes that came, one bit each (converters that are not transparent change these
-  /// bytes), and the bits kHighBit, kEvenByte and kOddByte.
+  /// The kSpecialBytes that came (bytes that some converters change), one bit each, and the bits
+  /// kHighBit, kEvenByte and kOddByte.
   std::uint8_t specials = 0;
   std::uint8_t asked = 0;  ///< the kSpecialBytes that the request contained, one bit each
   /// A detail whose meaning depends on the symptom: "Modbus RTU frames come", "slave 7 answers".

@@ -32,8 +32,8 @@ class BAUDGATE_THREAD_MARK(capability("mutex")) Mutex {
   std::mutex mutex_;
 };
 
-/// Holds the mutex for its lifetime. Waiting is written as a loop, so that clang sees that the
-/// condition is checked under the lock: `while (queue_.empty()) lock.Wait(changed_);`
+/// Holds the mutex for its lifetime. Write a wait as a loop, not with a lambda, so that clang sees
+/// that the condition is checked under the lock: `while (queue_.empty()) lock.Wait(changed_);`
 class BAUDGATE_THREAD_MARK(scoped_lockable) MutexLock {
  public:
   explicit MutexLock(Mutex& mutex) BAUDGATE_THREAD_MARK(acquire_capability(mutex))

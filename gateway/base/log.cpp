@@ -34,7 +34,7 @@ std::atomic<Level> g_least = Level::info;
 
 std::unique_ptr<Journal> g_journal;
 
-/// Created by Begin and never destroyed, because objects that are destroyed at exit may still log.
+/// Made by Begin and never destroyed, because objects that are destroyed at exit may still log.
 Outlet* g_outlet = nullptr;
 
 /// Returns "2024-05-06 12:01:05.042 warning line bay: device relay: offline", in local time.
@@ -48,8 +48,8 @@ std::string LineOf(Level level, const std::string& text) {
                      kLevels[static_cast<std::size_t>(level)], text);
 }
 
-/// Prints a line. If the journal does not accept the line now, it goes to standard error with its
-/// priority ("<4>text"). Before Begin, which only tests leave out, lines go to standard output.
+/// Prints a line. If the journal does not accept the line, it goes to standard error with its
+/// priority ("<4>text"). Without Begin (only tests do not call it), lines go to standard output.
 void Print(Level level, const About& about, const std::string& text) {
   if (level < g_least || (g_journal && g_journal->Send(level, about, text))) return;
   std::string line =
@@ -76,7 +76,8 @@ void PrintRepeats(Repeats (Folder::*take)(Instant)) {
   PrintRepeats(repeats);
 }
 
-/// Teller writes repeats when their minute is over, even if no other text is logged then.
+/// Teller writes repeats that were held back when their minute is over, even if nothing else is
+/// logged then.
 class Teller {
  public:
   Teller() {
@@ -111,15 +112,15 @@ void PrintOrHold(const std::string* key, Level level, const About& about, const 
   }
   PrintRepeats(due);
   if (passed) return Print(level, about, text);
-  // This static is created at the first repeat, after the Folder, so it is destroyed before the
-  // Folder.
+  // This static is created at the first repeat, after the static Folder of TheFolder, so it is
+  // destroyed before the Folder.
   static Teller teller;
 }
 
 }  // namespace
 
-/// The times come first, because a line that began with the text would look as if the text had come
-/// now.
+/// Returns the text with the times in front. A line that began with the text would look as if the
+/// text had come now.
 std::string RepeatText(const Folder::Repeat& repeat) {
   const auto shown = [](const Now& at) {
     const std::time_t time = std::chrono::system_clock::to_time_t(

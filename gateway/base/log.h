@@ -17,8 +17,8 @@ namespace baudgate::log {
 enum class Level { debug, info, warning, error };
 
 /// The line and device that a log text is about. They precede the text ("line bay: device relay:
-/// offline"), and are fields in the journal (LINE=, DEVICE=, OUTCOME=). `outcome`, a name of
-/// outcome.h, is in the journal only.
+/// offline"), and are fields in the journal (LINE=, DEVICE=, OUTCOME=). `outcome`, the name of an
+/// Outcome, is in the journal only.
 struct About {
   std::string line{};
   std::string device{};
@@ -34,7 +34,7 @@ void Begin(Level least, const std::string& socket = "/run/systemd/journal/socket
 /// Sets the lowest level that is written, for example while a live table is shown.
 void SetLeast(Level least);
 
-/// Writes a text, or counts it if it is a repeat. Thread-safe.
+/// Writes a text. A text that was written less than a minute ago is only counted. Thread-safe.
 void Write(Level level, const std::string& text);
 void Write(Level level, const About& about, const std::string& text);
 /// Texts with the same key count as repeats of each other. When a minute is over, the last of the
@@ -44,7 +44,7 @@ void Write(Level level, const About& about, const std::string& key, const std::s
 void WriteAct(Level level, const std::string& text);
 void WriteAct(Level level, const About& about, const std::string& text);
 
-/// Writes `text` without time and level. `text` ends with a line feed.
+/// Writes `text`, which ends with a line feed, without time and level. Does nothing before Begin.
 void Plain(const std::string& text);
 
 /// Waits until the reader has taken all lines, at most half a second. At exit this happens
@@ -82,7 +82,7 @@ void Act(Level level, fmt::format_string<Args...> form, Args&&... args) {
   WriteAct(level, fmt::format(form, std::forward<Args>(args)...));
 }
 /// Writes a warning whose text differs every time, for example by the port of a client. Warnings
-/// with the same `key` count as repeats.
+/// with the same `key` count as equal texts.
 template <typename... Args>
 void WarnFolded(const std::string& key, fmt::format_string<Args...> form, Args&&... args) {
   Write(Level::warning, {}, key, fmt::format(form, std::forward<Args>(args)...));

@@ -19,8 +19,8 @@
 namespace baudgate::log {
 namespace {
 
-/// Appends one field. A value of several lines has its length in place of '=': eight bytes, least
-/// significant first.
+/// Appends one field of the journal's protocol. A value of several lines follows a line feed and
+/// its length: eight bytes, least significant first.
 void AddField(std::string& message, const std::string& name, const std::string& value) {
   if (value.empty()) return;
   message += name;
@@ -181,7 +181,7 @@ void Outlet::WriteQueued(Queue& queue) {
     {
       const MutexLock lock(queue.mutex);
       if (!written) ++queue.dropped;
-      // The number of dropped lines is written after all queued lines.
+      // The number of dropped lines is reported when the queue is empty, so that it comes last.
       if (queue.lines.empty() && queue.dropped > queue.told) {
         note = DroppedText(queue.dropped - queue.told);
         queue.told = queue.dropped;

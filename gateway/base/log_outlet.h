@@ -21,7 +21,6 @@ namespace baudgate::log {
 /// log. Not thread-safe.
 class Folder {
  public:
-  /// A text that was held back `times` times, from `first` to `last`.
   struct Repeat {
     std::string text;
     Level level = Level::info;
@@ -31,16 +30,16 @@ class Folder {
     About about{};
   };
 
-  /// True: the caller must write the text, after the texts of Due(). False: the same text was
-  /// written less than a minute ago, and is held back.
+  /// Returns true if the caller must write the text, after the texts of Due(). Returns false, and
+  /// holds the text back, if it was written less than a minute ago.
   bool Pass(const std::string& text, Level level, const Now& now, const About& about = {}) {
-    // A text for which there is no room is written every time. This is rare, because texts without
-    // a key name only configured lines and devices.
+    // If there is no room to remember the text, it is written every time. This is rare, because
+    // these texts name only configured lines and devices.
     if (!HasRoom(text, kRemembered, now.instant)) return true;
     return Note(text, text, level, now, about);
   }
 
-  /// Like Pass above, but compares keys instead of texts. Keys can name unknown clients without
+  /// Like the Pass above, but compares keys instead of texts. Keys can name unknown clients without
   /// limit, so all keys beyond kMostWithKeys share one entry.
   bool Pass(const std::string& key, const std::string& text, Level level, const Now& now) {
     return Note(HasRoom(key, kMostWithKeys, now.instant) ? key : "", text, level, now, {});
@@ -105,7 +104,7 @@ class Folder {
     return seen_.size() < most;
   }
 
-  std::map<std::string, Seen> seen_;  // key: the text, or the key of the text
+  std::map<std::string, Seen> seen_;  // key: the text, or its key
 };
 
 /// Returns "3 times more between 12:01:05 and 12:01:58: line bay: device relay: offline", in local
@@ -158,7 +157,7 @@ class Outlet {
 
   /// Queues `line`, which ends with a line feed.
   void Put(std::string line);
-  /// Waits until all lines are written. Returns false if `patience` is over before.
+  /// Waits until all lines are written, at most for `patience`. Returns false if lines remain.
   bool Flush(Duration patience);
   std::uint64_t dropped() const;
 

@@ -16,7 +16,7 @@ enum class Outcome : std::uint8_t {
   no_reply = 2,    ///< no reply came, or the device was not asked
   partial = 3,     ///< the reply stopped mid-frame
   corrupt = 4,     ///< checksum or syntax is wrong
-  unexpected = 5,  ///< a valid frame, but of another address or shape
+  unexpected = 5,  ///< a valid frame, but with another address or form than expected
   busy = 6,        ///< the device asks to be asked later
   refused = 7,     ///< the device understood the request and refuses it
   unsupported = 8,
@@ -38,7 +38,8 @@ constexpr bool ProvesLife(Outcome outcome) {
          outcome == Outcome::unsupported;
 }
 
-/// True if bytes may still arrive after this outcome; the line must drain before the next request.
+/// True if bytes may still arrive after this outcome, so that the line must stay silent (drain)
+/// before the next request.
 constexpr bool NeedsDrain(Outcome outcome) {
   return outcome == Outcome::no_reply || outcome == Outcome::partial ||
          outcome == Outcome::corrupt || outcome == Outcome::unexpected;
@@ -59,17 +60,18 @@ inline constexpr std::size_t kWriteEnds = 7;
 
 struct WriteResult {
   WriteEnd end = WriteEnd::ok;
-  std::string reason{};    ///< one sentence; with `ok`: empty, or a remaining doubt
+  std::string reason{};    ///< one sentence; if `end` is ok: empty, or a remaining doubt
   bool read_back = false;  ///< with `ok`: the device shows the written value
-  /// For a write of several points: how many points were confirmed, in their order, before the
-  /// first point that was not.
+  /// For a write of several points: the points are written in order, and this many were confirmed
+  /// before the first point that was not.
   std::size_t written = 0;
-  /// For a write of several points: how many points belonged to exchanges that were started. If
-  /// `tried` is not above `written`, `end` is the result of the first point that was not started,
-  /// and of all points after it. For four points:
+  /// For a write of several points: how many points belonged to exchanges that were started.
+  /// Example with four points:
   ///
   ///   written 2, tried 3, refused    ok, ok, refused, not_sent
   ///   written 2, tried 2, not_sent   ok, ok, not_sent, not_sent: the deadline passed in between
+  ///
+  /// If `tried` is not above `written`, `end` is the result of all points that were not written.
   std::size_t tried = 0;
   /// With `refused`: nothing was sent, because the protocol has no form for the value (0.05 in
   /// steps of 0.1).

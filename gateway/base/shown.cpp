@@ -31,7 +31,7 @@ std::string Harmless(std::string_view text, std::string_view kept) {
     const bool control = byte < 0x20 || byte == 0x7F;
     if (control && kept.find(c) == std::string_view::npos) c = '?';
   }
-  // C1 control characters (U+0080…U+009F) control some terminals too.
+  // C1 control characters (U+0080…U+009F, two bytes in UTF-8) control some terminals.
   for (std::size_t at = 0; at + 1 < safe.size(); ++at) {
     const auto next = static_cast<unsigned char>(safe[at + 1]);
     if (safe[at] == '\xC2' && next >= 0x80 && next < 0xA0) {

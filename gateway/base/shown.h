@@ -13,14 +13,14 @@
 
 namespace baudgate {
 
-/// Formats a whole number below 1e15 with all digits, another number with at most nine: "1834523",
-/// "12.25"; "-" for NaN.
+/// Formats a whole number below 1e15 with all its digits, and other numbers with at most nine
+/// digits: "1834523", "12.25"; "-" for NaN.
 std::string FormatValue(double value);
 /// Returns "0.3 s", "12 s", "5 min", "3 h", "2 d".
 std::string FormatAge(Duration age);
 /// Returns "1 line", "2 lines".
 std::string Plural(std::uint64_t count, std::string_view word);
-/// Replaces control characters, except those in `kept`, and bytes that are not UTF-8 by '?'.
+/// Replaces each control character that is not in `kept`, and each byte that is not UTF-8, by '?'.
 std::string Harmless(std::string_view text, std::string_view kept = {});
 
 /// True for numbers such as "-5.25" and "1e-05".
@@ -48,7 +48,8 @@ inline bool LooksLikeFormula(std::string_view text) {
           rest.find_first_of("=+-*/^&|!()@<>:;\"'") != std::string_view::npos);
 }
 
-/// Quotes a cell as in RFC 4180. A leading ' makes spreadsheets show a formula as text.
+/// Quotes a cell by RFC 4180. If the text looks like a formula, a ' before it makes spreadsheets
+/// show it as text.
 inline std::string CsvCell(std::string text) {
   if (LooksLikeFormula(text)) text.insert(0, "'");
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;

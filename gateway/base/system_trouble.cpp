@@ -78,8 +78,7 @@ std::optional<std::string> AskSystem(uid_t user) {
 }
 
 /// Calls AskSystem in a separate thread, because the user database may be on a server that does not
-/// answer. Returns nothing after kPatience, or at once if kMostUnderWay such threads are waiting
-/// already.
+/// answer. Returns nothing after kPatience; or at once, if kMostUnderWay calls already wait.
 std::optional<std::string> AskInTime(uid_t user) {
   static std::atomic<int> under_way = 0;
   constexpr int kMostUnderWay = 4;

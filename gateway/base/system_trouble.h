@@ -1,6 +1,6 @@
-// `SystemTrouble` puts a failed system call into words for users: cause and cure. NoFileLeft and
-// MostFileBytes return limits of this process, NameOfUser the name of a user, FindHolders and
-// NameHolders the programs that have a serial port open.
+// `SystemTrouble` describes a failed system call for users, with cause and cure. NoFileLeft and
+// MostFileBytes return limits of this process. NameOfUser returns the name of a user. FindHolders
+// and NameHolders return the programs that have a serial port open.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -41,7 +41,7 @@ struct PortHolders {
   bool all_seen = true;  ///< false: some programs of other users could not be read
 };
 
-/// Reads `root`/proc. `root` is "/", or a directory tree that contains proc.
+/// Reads the folder proc below `root`. `root` is "/", or in tests another folder.
 PortHolders FindHolders(const std::filesystem::path& root);
 
 /// Returns the other programs that have the port open: "mbpoll, pid 4711". If no program is

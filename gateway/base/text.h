@@ -36,9 +36,9 @@ std::optional<T> ParseInteger(std::string_view text, int base = 10) {
   return value;
 }
 
-/// Reads the whole text as a decimal number with an optional sign ("+" too); the point is always
-/// '.'. Refuses exponents, "inf" and "nan", because no device sends them and a typing error must
-/// not pass.
+/// Reads the whole text as a decimal number with an optional sign ("-" or "+"); the point is always
+/// '.'. Refuses exponents, "inf" and "nan", because no device sends them, and they would be typing
+/// errors.
 std::optional<double> ParseDecimal(std::string_view text);
 
 /// Returns the shortest text that reads back as the same number.
@@ -67,22 +67,22 @@ std::vector<std::string_view> Split(Temporary&& text, char separator) = delete;
 
 namespace baudgate {
 
-/// Returns the word of `known` with the smallest edit distance; an empty text if none is near
-/// enough for a typing error.
+/// Returns the word of `known` with the smallest edit distance, at most a third of the length of
+/// `word` (at least 1); else an empty text.
 std::string_view Nearest(std::string_view word, std::span<const std::string_view> known);
 
 /// Returns "a, b, c".
 std::string Join(std::span<const std::string_view> words);
 
-/// Returns the text in quotes, shortened if it is long: "'adress'".
+/// Returns the text in quotes, cut after 60 bytes: "'adress'".
 std::string Quoted(std::string_view text);
 
 /// Returns an unknown key in quotes, cut where it stops looking like a key: "'password…'" for
 /// "password:SECRET", because the rest may be a secret.
 std::string QuotedKey(std::string_view key);
 
-/// Returns " is the blank after the colon missing?" or " is a colon missing?"; an empty text if
-/// neither is likely.
+/// For an unknown key of a YAML file: returns " is the blank after the colon missing?" or " is a
+/// colon missing?"; an empty text if neither is likely.
 std::string MissingMark(std::string_view key);
 
 /// Returns " did you mean 'x'?" with the leading blank; an empty text if no known word is similar.

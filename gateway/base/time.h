@@ -12,11 +12,11 @@
 
 namespace baudgate {
 
-/// Monotonic, for deadlines and ages. Only the main program reads the clock; other code gets the
+/// Monotonic time, for deadlines and ages. The bus and the protocols read no clock: they get the
 /// time as an argument.
 using Instant = std::chrono::steady_clock::time_point;
 using Duration = std::chrono::nanoseconds;
-/// Civil time, for time stamps that users read only.
+/// Civil time (UTC), for the time stamps that users see.
 using WallTime = std::chrono::sys_time<std::chrono::nanoseconds>;
 
 using namespace std::chrono_literals;  // NOLINT: durations are written 5ms everywhere
@@ -27,8 +27,8 @@ struct Now {
   WallTime wall;
 };
 
-/// Reads the clocks of this machine. Only the main program and the loop drivers are allowed to call
-/// it; other code gets the time as an argument.
+/// Reads the clocks of this machine. The bus and the protocols must not call it; they get the time
+/// as an argument.
 Now ReadClocks();
 
 /// Reads "250ms", "1s", "5min", "1.5h", "20us". Refuses negative numbers, and numbers without a

@@ -10,8 +10,8 @@
 
 namespace baudgate {
 
-/// A value, or std::monostate while there is no value. Integers of every width are stored as 64
-/// bits; unsigned 64-bit counters need an alternative of their own.
+/// A value, or std::monostate while there is no value. Integers of every width are stored as
+/// std::int64_t, except unsigned integers of 64 bits.
 using Value = std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string>;
 
 inline bool HasValue(const Value& value) { return value.index() != 0; }
@@ -28,7 +28,7 @@ std::string ToText(const Value& value);
 //
 //   0x0310 = open sensor, sensor failure        0x00C0 = good
 
-/// The reason why a value is not good, in addition to the code.
+/// Why a value is not good, in more detail than Quality::Code.
 enum class Reason : std::uint8_t {
   none = 0,
   over_range = 1,
@@ -38,7 +38,7 @@ enum class Reason : std::uint8_t {
   not_fitted = 5,  ///< the device has no such channel or value
   not_ready = 6,   ///< the device cannot give the value yet, or not now
   device_fault = 7,
-  other_module = 8,  ///< the device is not the device of its profile
+  other_module = 8,  ///< the device has another type than its profile
   swapped = 9,       ///< another device answers in its place
   password_refused = 10,
   no_permission = 11,
@@ -49,9 +49,9 @@ enum class Reason : std::uint8_t {
 /// Returns the name for people: "over range", "open sensor", …; an empty text for Reason::none.
 std::string_view Name(Reason reason);
 
-/// True for reasons whose values the Modbus registers show as the key `on_bad` of the device
-/// configures. The reasons mostly concern a whole device; other_module can also concern one input
-/// of a wrong type.
+/// True for reasons with which Modbus registers show what `on_bad` of the device says; for other
+/// faults they show what `on_fault` of the point says. The reasons mostly concern a whole device;
+/// other_module can also concern one input of a wrong type.
 constexpr bool ConcernsDevice(Reason reason) {
   return reason == Reason::other_module || reason == Reason::swapped ||
          reason == Reason::password_refused || reason == Reason::no_permission;
@@ -88,13 +88,11 @@ struct Quality {
   }
 
   bool operator==(const Quality&) const = default;
-  /// Compares the code only; the reason does not matter.
   constexpr bool operator==(Code other) const { return code == other; }
   /// A worse quality is less.
   constexpr bool operator<(const Quality& other) const { return code < other.code; }
 };
 
-/// Returns the quality of all values of a device with this reason.
 constexpr Quality QualityOfDevice(Reason reason) {
   switch (reason) {
     case Reason::other_module:

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kLargestWhole = std::size_t{32} << 20U;
 
-/// Makes a rename or removal in the folder of `file` survive a power failure.
+/// Makes a rename or removal in the folder of `file` survive a power failure. Ignores errors.
 void SyncFolderOf(const std::filesystem::path& file) {
   const int folder = ::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;
@@ -27,8 +27,8 @@ void SyncFolderOf(const std::filesystem::path& file) {
 
 int WriteWhole(const std::filesystem::path& file, std::string_view text) {
   const std::filesystem::path part = file.string() + ".part";
-  // Something of this name is removed first: a FIFO would block the open, and a link can lead
-  // anywhere.
+  // A file of this name is removed first: a FIFO would block the open, and a link can lead to any
+  // file.
   if (::unlink(part.c_str()) != 0 && errno != ENOENT) return errno;
   const int out = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0640);
   if (out < 0) return errno;
@@ -58,7 +58,7 @@ int RemoveFile(const std::filesystem::path& file) {
 }
 
 std::optional<std::string> ReadWhole(const std::filesystem::path& file, Kind kind) {
-  // The open of a FIFO would block until a writer comes.
+  // Without O_NONBLOCK the open of a FIFO blocks until a program opens it for writing.
   const int wait = kind == Kind::any ? 0 : O_NONBLOCK;
   const int in = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | wait);
   if (in < 0) return std::nullopt;

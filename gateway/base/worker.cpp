@@ -39,7 +39,7 @@ struct Worker::Job {
   explicit Job(Round its_round) : round(std::move(its_round)) {}
 
   const Round round;
-  // The members below are guarded by the mutex of the thread.
+  // WorkThread::State::mutex guards the members below.
   bool started = false;
   bool woken = true;
   bool stops = false;
@@ -57,7 +57,7 @@ struct WorkThread::State {
   explicit State(std::string its_name) : name(std::move(its_name)) {}
 
   static void Run(const std::shared_ptr<State>& state);
-  /// Waits for the next round. Returns nothing if the thread must end.
+  /// Waits for the next round of a job. Returns nothing if the thread must end.
   std::optional<Turn> Await();
   std::optional<Turn> Next() BAUDGATE_REQUIRES(mutex);
   void OnRound(const Turn& turn, Instant next);
@@ -70,9 +70,10 @@ struct WorkThread::State {
 
   const std::string name;
   Mutex mutex;
-  std::condition_variable changed;  // wakes the thread
-  std::condition_variable ended;    // wakes callers that wait for the last round of a job
-  std::vector<std::shared_ptr<Job>> jobs BAUDGATE_GUARDED_BY(mutex);  // in the order of their turns
+  std::condition_variable changed;
+  std::condition_variable ended;  // wakes callers that wait for the last round of a job
+  // The job that was run last is at the end.
+  std::vector<std::shared_ptr<Job>> jobs BAUDGATE_GUARDED_BY(mutex);
   bool ends BAUDGATE_GUARDED_BY(mutex) = false;
   std::thread thread;
 };
@@ -106,7 +107,7 @@ std::optional<WorkThread::State::Turn> WorkThread::State::Next() {
   return Turn{*due, (*due)->stops};
 }
 
-/// Moves the job behind all others after its turn.
+/// Call after a round. Moves the job behind all others, so that they take turns.
 void WorkThread::State::OnRound(const Turn& turn, Instant next) {
   const MutexLock lock(mutex);
   std::erase(jobs, turn.job);

@@ -74,8 +74,8 @@ class Worker {
   /// Requests the last round and waits until it has ended; a worker that was never started has no
   /// last round. Must not be called from a round. Idempotent.
   void Stop();
-  /// Requests the last round without waiting for it. The thread can outlive this object, so rounds
-  /// must own all that they use. Allowed only for a worker with a separate thread.
+  /// Like RequestStop, but the thread can outlive this object, so the round must own all that it
+  /// uses. Allowed only for a worker with a separate thread.
   void Leave();
   bool stopping() const;
 

@@ -1,7 +1,7 @@
-// `DeviceStatus` is the state of a device without its values: state, counters, round trips. The
-// accounts of the line (gateway/bus/counters/accounts.cpp) write it, the point store contains it,
-// every output shows it. Parts of it are `FailureRuns` (unanswered exchanges in a row) and
-// `LastHour` (counts of each minute of the last hour).
+// `DeviceStatus` is the state of a device without its values: state, counters, round trips.
+// gateway/bus/counters/accounts.cpp writes it, the point store contains it, every output shows it.
+// Its parts are defined here too: `FailureRuns` (unanswered exchanges in a row), `LastHour` (counts
+// of each minute of the last hour), `RoundTrips`, `RecentOutcomes`, `QueryCount` and `WriteCounts`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,9 +35,9 @@ class FailureRuns {
     std::uint32_t answered = 0;  ///< number of answered exchanges in a row before the run
     std::uint32_t failed = 0;
     std::optional<Instant> before{};  ///< when the last answer before the run came
-    Instant first{};                  ///< when the first failed exchange ended
-    Instant last{};                   ///< when the last failed exchange ended
-    std::optional<Instant> after{};   ///< when the next answer came; empty: the run has not ended
+    Instant first{};
+    Instant last{};
+    std::optional<Instant> after{};  ///< when the next answer came; empty: the run has not ended
   };
   static constexpr std::size_t kKept = 16;
   /// A run is removed if it ended longer ago than kRecent and at least kExchanges exchanges came
@@ -86,19 +86,19 @@ class FailureRuns {
 };
 
 // `MinuteCounts` contains counts of a device in one minute: how many exchanges were answered, and
-// how the line time was used. `LastHour` contains the last 60 of them.
+// how the line time was used. `LastHour` contains the latest 60 of them.
 
 struct MinuteCounts {
   std::uint32_t answered = 0;
   std::uint32_t failed = 0;
   std::uint32_t repeats = 0;  ///< failed exchanges after which the request was sent again
-  std::uint32_t missed = 0;   ///< poll periods for which there was no time
+  std::uint32_t missed = 0;   ///< poll periods that were skipped because the line had no time
   /// Number of outages that began. An outage is a failed request with all its retries failed.
   std::uint32_t outages = 0;
-  Duration up{};      ///< time in which the device answered
-  Duration down{};    ///< time in which the device did not answer
+  Duration up{};      ///< time from one exchange to the next, if the next was answered
+  Duration down{};    ///< time from one exchange to the next, if the next failed
   Duration served{};  ///< line time of answered exchanges
-  Duration wasted{};  ///< line time of unanswered exchanges, and of the silence after all exchanges
+  Duration wasted{};  ///< line time of failed exchanges, and of the silences after all exchanges
 
   MinuteCounts& operator+=(const MinuteCounts& other);
 };
@@ -157,16 +157,16 @@ constexpr bool Answers(DeviceState state) {
   return state == DeviceState::online || state == DeviceState::degraded;
 }
 
-/// Histogram of round trips. Each bucket is a quarter of an octave wide, from 64 us to over a
-/// minute, so a percentile is exact to 19 %. Memory is bounded.
+/// Histogram of round trips, 64 us to over a minute. Each bucket ends 19 % (a quarter of an octave)
+/// above the previous one, so a percentile is exact to 19 %. Memory is bounded.
 class RoundTrips {
  public:
   void Add(Duration round_trip);
   std::uint64_t count() const { return count_; }
   Duration last() const { return last_; }
   Duration mean() const;
-  /// Returns an upper limit of the shortest `share` of the round trips: the upper edge of a bucket.
-  /// Example: 0.95 returns a time that 95 % of the round trips do not exceed. 0 < share <= 1.
+  /// Returns a time that the part `share` of the round trips does not exceed, rounded up to the end
+  /// of a bucket. Example: 0.95 for 95 % of the round trips. 0 < share <= 1.
   Duration Percentile(double share) const;
 
   static constexpr std::size_t kBuckets = 84;
@@ -202,20 +202,20 @@ class RecentOutcomes {
   std::size_t count_ = 0;
 };
 
-/// Counts of one query of the polls of a device.
+/// Counts of one query (protocols::Query: points that one poll reads together) of a device.
 struct QueryCount {
   std::size_t first_point = 0;  ///< index of the query's first point among the points of the device
   std::size_t points = 0;
-  std::uint32_t in_vain = 0;  ///< exchanges in a row without an answer
+  std::uint32_t in_vain = 0;  ///< unanswered exchanges in a row
   /// The last eight polls of the query, one bit each; 1: the poll failed or needed a retry.
   std::uint8_t failures = 0;
-  std::uint32_t refused = 0;  ///< exchanges in a row that the device refused
+  std::uint32_t refused = 0;  ///< refused exchanges in a row
   Symptom symptom = Symptom::clean;
   std::uint8_t asked = 0;  ///< which of kSpecialBytes the request contains, one bit each
 };
 
 struct WriteCounts {
-  std::array<std::uint32_t, kWriteEnds> ends{};  ///< indexed by WriteEnd
+  std::array<std::uint32_t, kWriteEnds> ends{};
   std::uint32_t not_read_back = 0;  ///< number of confirmed writes that were not read back
 };
 
@@ -223,41 +223,45 @@ struct DeviceStatus {
   DeviceState state = DeviceState::never_seen;
   Outcome last_outcome = Outcome::none;
   std::string last_reason;  ///< reason of the last outcome that was not ok
-  /// Why no value is good, such as "type 0D, the profile says 08"; or a remark.
+  /// Why no value of the device is good, such as "type 0D, the profile says 08"; or a remark of the
+  /// conversation about a device whose values are good.
   std::string trouble;
   std::optional<Instant> last_ok;
   WallTime last_ok_wall{};
   std::uint32_t exchanges = 0;
-  std::array<std::uint32_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
+  std::array<std::uint32_t, kOutcomeCount> outcomes{};
   std::uint32_t retries = 0;
   std::uint32_t missed = 0;  ///< poll periods skipped because the line had no time
   std::uint32_t late = 0;    ///< late replies: see LineCounters::late
   Duration lateness{};       ///< the longest time by which a late reply exceeded the reply time
-  Duration patience{};  ///< how much longer the line waits for a reply, because of late replies
-  /// Number of exchanges in a row for which probes have shown that replies come one or more
-  /// requests late.
+  Duration patience{};       ///< by how much late replies have lengthened the reply time (Patience)
+  /// Number of exchanges in a row since a probe has shown that replies come one or more requests
+  /// late.
   std::uint32_t behind = 0;
-  std::uint32_t doubled = 0;  ///< exchanges with a second, different reply after the first
+  std::uint32_t doubled = 0;  ///< exchanges with two different replies
   Instant last_doubled{};
   std::uint32_t rechecks = 0;     ///< readings that were read again because they had jumped
   std::uint32_t unconfirmed = 0;  ///< readings whose second reading did not confirm the jump
   WriteCounts writes;
-  /// The device sends messages unasked. They count as exchanges; damaged messages count as corrupt.
+  /// The device sends messages without being asked. Each message counts as an exchange, a damaged
+  /// message as corrupt.
   bool unasked = false;
-  std::uint32_t lost_events = 0;  ///< events sent unasked that could not be saved
+  std::uint32_t lost_events = 0;  ///< events that came without a request and could not be saved
   config::Timing timing;
   RecentOutcomes recent;
   Findings findings;
   FailureRuns failures;
-  FailureRuns spoilt;  ///< as `failures`, but damaged and unfitting answers count as failures too
+  FailureRuns spoilt;  ///< like `failures`, but damaged and unexpected answers count as failures
   LastHour hour;
   /// The queries of the polls, in the order in which they are asked.
   std::vector<QueryCount> queries;
-  bool lacks_time = false;  ///< the device's clock cannot be set: this machine's is wrong
-  std::string learned;  ///< rules for requests that the conversation has learned; empty: no rules
-  /// Items that the device never sent, with a remedy; empty: no items are missing.
+  /// The device's clock cannot be set, because the clock of this machine is wrong.
+  bool lacks_time = false;
+  /// Rules for requests that the conversation has learned, in words; or empty.
+  std::string learned;
+  /// Items that points need but that the device never sends, with a remedy; or empty.
   std::string missing;
-  Duration busy{};  ///< line time of its exchanges and of the silences after them
+  Duration busy{};  ///< line time of the device's exchanges and of the silences after them
   RoundTrips round_trips;
 
   std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }

@@ -1,8 +1,7 @@
 // `Findings` stores what the latest exchanges of a device looked like on the wire (`Finding`), for
-// the diagnosis. The last 32 exchanges show the present condition. The last 32 failures of two
-// minutes show the kind of failures; this longer period keeps the diagnosis from changing with each
-// exchange. `CheckVotes`, `ReplyLengths` and `SpecialBytes` each collect one property. Memory is
-// bounded.
+// the diagnosis. The last 32 exchanges show the present condition; the last 32 failures of two
+// minutes show the kind of failures, and keep the diagnosis from changing with each exchange.
+// `CheckVotes`, `ReplyLengths` and `SpecialBytes` each collect one property. Memory is bounded.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +22,7 @@ namespace baudgate::bus {
 
 // `CheckVotes` finds out whether most wrong check values (checksums) would be right if they were
 // computed in one other way (Finding::remedy). A single check value that was damaged on the wire
-// can fit another way by chance, so the ways are counted against each other.
+// can fit another way by chance, so a way must win by several votes.
 class CheckVotes {
  public:
   void Add(const Finding& finding) {
@@ -46,8 +45,8 @@ class CheckVotes {
 
 // `ReplyLengths` finds out up to which length the replies of a device come complete. Example:
 //
-//   lengths 7, 7, 49 damaged, 7, 49 damaged: the longest good reply has 7 bytes; two were too long
-//
+//   replies of 7, 7, 49 (damaged), 7, 49 (damaged) bytes: the longest good reply has 7 bytes, and
+//   two damaged replies are longer
 class ReplyLengths {
  public:
   /// Failed replies that were longer than any good reply: the shortest length, and their number.
@@ -69,14 +68,15 @@ class ReplyLengths {
   }
 
   std::size_t longest_good() const { return longest_good_; }
-  /// Returns the expected lengths of replies that did not come at all.
+  /// Returns the expected lengths of replies that did not come at all and are longer than any good
+  /// reply.
   const TooLong& silent() const { return silent_; }
-  /// Returns the lengths of replies that came damaged.
+  /// Returns the lengths of replies that came damaged and are longer than any good reply.
   const TooLong& damaged() const { return damaged_; }
 
  private:
-  /// After this many damaged long replies without a complete one between them, their length is
-  /// taken as the cause.
+  /// After so many damaged replies of lengths that were good before, without a complete reply of
+  /// such a length between them, these lengths count as too long.
   static constexpr std::size_t kNoChance = 24;
 
   static void Count(TooLong& lengths, std::size_t length) {
@@ -104,8 +104,8 @@ class ReplyLengths {
   std::size_t longest_good_ = 0;
   TooLong silent_;
   TooLong damaged_;
-  TooLong again_;               // damaged replies that are not longer than the longest good reply
-  std::size_t good_since_ = 0;  // the longest good reply since `again_` began
+  TooLong again_;               // damaged replies of lengths that were good before
+  std::size_t good_since_ = 0;  // length of the longest good reply since `again_` began
 };
 
 // `SpecialBytes` compares the bytes of failed and of good replies. Converters may change or drop
@@ -140,8 +140,8 @@ class SpecialBytes {
     constexpr unsigned kMark = 1U << (std::size(kSpecialBytes) - 1);
     return (any_ & kMark) != 0 && LacksOneParity();
   }
-  /// True if the failed replies contained bytes of one parity only, with or without FF. A serial
-  /// server drops bytes with wrong parity, so behind it there is no FF.
+  /// True if the failed replies contained bytes of one parity only, with or without FF. Behind a
+  /// serial server there is no FF, because the server drops bytes with wrong parity.
   bool LacksOneParity() const {
     const unsigned parities = any_ & kBothParities;
     return any_bad_ && (parities == kEvenByte || parities == kOddByte);
@@ -155,10 +155,10 @@ class SpecialBytes {
  private:
   static constexpr unsigned kBothParities = kEvenByte | kOddByte;
 
-  std::uint8_t asked_ = 0;   // bits that any answered request had
-  std::uint8_t good_ = 0;    // bits that any good reply had
-  std::uint8_t bad_ = 0xFF;  // bits that every failed reply had
-  std::uint8_t any_ = 0;     // bits that any failed reply had
+  std::uint8_t asked_ = 0;   // bits of Finding::asked in any answered request
+  std::uint8_t good_ = 0;    // bits of Finding::specials in any good reply
+  std::uint8_t bad_ = 0xFF;  // bits of Finding::specials in every failed reply
+  std::uint8_t any_ = 0;     // bits of Finding::specials in any failed reply
   bool any_bad_ = false;
   bool any_high_ = false;
 };
@@ -176,8 +176,8 @@ class Findings {
     latest_[count_++ % kLong] = {finding.symptom, at};
     Keep(std::move(finding));
   }
-  /// Replaces the symptom of an earlier exchange, because more bytes have come for it. `back`: 0
-  /// for the last exchange, 1 for the exchange before it.
+  /// Replaces the symptom of an earlier exchange, because late bytes have changed it. `back`: 0 for
+  /// the last exchange, 1 for the exchange before it.
   void Amend(Finding finding, std::size_t back = 0) {
     if (back >= size()) return;
     latest_[(count_ - 1 - back) % kLong].symptom = finding.symptom;
@@ -242,25 +242,25 @@ class Findings {
     }
     return longest;
   }
-  /// Returns the last finding with this symptom; empty: there was no such finding. Its time is the
-  /// longest of the findings with this symptom.
+  /// Returns the last finding with this symptom; empty: there was none. Its `time` is the longest
+  /// of all findings with this symptom.
   const Finding& Last(Symptom symptom) const { return last_[static_cast<std::size_t>(symptom)]; }
 
   const SpecialBytes& specials() const { return specials_; }
   const ReplyLengths& lengths() const { return lengths_; }
 
-  /// Some replies come with other bytes around them. SameAround returns the number of such replies
-  /// in a row that had the same bytes around them; Around returns these bytes.
+  /// For replies with stray bytes before or behind them: SameAround returns how many such replies
+  /// in a row had the same stray bytes, and Around returns these bytes.
   std::size_t SameAround() const { return same_around_; }
   const std::string& Around() const { return around_; }
 
-  /// Returns a finding with the way in which most wrong check values are computed (CheckVotes).
+  /// Returns a finding whose remedy says how most wrong check values are computed (CheckVotes).
   /// Null: no such way was found.
   const Finding* Check() const { return checks_.winner(); }
 
-  /// For messages that come unasked in bursts: returns the shortest and the longest silence between
-  /// two bursts. Silences below a quarter of `least` are within a burst. Empty: no burst was found,
-  /// or a silence was between a quarter of `least` and `least`.
+  /// For messages that come without a request, in bursts: returns the shortest and the longest
+  /// silence between two bursts. Silences below a quarter of `least` are within a burst. Empty: no
+  /// burst was found, or a silence was between a quarter of `least` and `least`.
   std::optional<std::pair<Duration, Duration>> Period(Duration least) const {
     std::optional<std::pair<Duration, Duration>> period;
     for (std::size_t i = 0; i < size(); ++i) {
@@ -302,8 +302,8 @@ class Findings {
     return shortest != kLongIdle && shortest > longest ? shortest : Duration();
   }
 
-  /// Number of the cause that the diagnosis has reported last; 0: no cause was reported. Each
-  /// diagnosis reads a copy of the findings, so all copies share this number.
+  /// Number of the cause that the diagnosis has reported last; 0: none. All copies of this object
+  /// share the number, because each diagnosis reads a copy.
   std::atomic<std::size_t>& said() const { return *said_; }
 
   /// Returns the finding with the latest readable text, if no reply without text has come since;
@@ -319,7 +319,7 @@ class Findings {
   };
 
   Symptom At(std::size_t number) const { return latest_[number % kLong].symptom; }
-  /// Returns the symptom of the exchange that followed the silence idles_[place].
+  /// Returns the symptom of the exchange before which the line was silent for idles_[place].
   Symptom Kept(std::size_t place) const { return At(count_ - 1 - (count_ - 1 - place) % kKept); }
   void KeepAround(const Finding& finding) {
     if (finding.symptom != Symptom::few_beside && finding.symptom != Symptom::noise_before &&

@@ -1,8 +1,8 @@
 // `LineStatus` is the state of a line without its devices: port, counters, round trips, use of the
-// line time. Four parts write it: gateway/bus/counters/line_account.cpp (exchanges),
+// line time. Its writers are gateway/bus/counters/line_account.cpp (exchanges),
 // gateway/lines/line_reporter.cpp and gateway/lines/line_port.cpp (port), and
-// gateway/lines/port_loan.cpp (services). The point store contains it, and `baudgate status` shows
-// it.
+// gateway/lines/port_loan.cpp (loans of the port to clients). The point store contains it, and
+// `baudgate status` shows it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,8 +25,8 @@ namespace baudgate::bus {
 enum class LineUse : std::uint8_t {
   polls,  ///< answered exchanges that read
   probes,
-  routes,   ///< answered exchanges of clients of routes
-  writes,   ///< answered writes, with the reads after them
+  routes,   ///< answered requests of clients of transparent routes
+  writes,   ///< answered writes, and the reads after them
   silence,  ///< exchanges without a good reply
   drains,   ///< silence that the line keeps after an exchange
 };
@@ -39,10 +39,9 @@ constexpr std::string_view Name(LineUse use) {
 }
 
 using TimeByUse = std::array<Duration, kLineUses>;
-/// Part of the time that each use took, 0 to 1. The line was idle in the remaining time.
+/// The part of the time that each LineUse took, 0 to 1. The line was idle in the rest.
 using LineShares = std::array<double, kLineUses>;
 
-// `RecentTimes` stores when an event happened the last 64 times.
 class RecentTimes {
  public:
   static constexpr std::size_t kKept = 64;
@@ -70,12 +69,12 @@ class RecentTimes {
 /// Counters of the exchanges of a line since the program started.
 struct LineCounters {
   std::uint64_t exchanges = 0;
-  std::array<std::uint64_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
-  std::uint64_t bytes_in = 0;                           ///< without echoes that were removed
+  std::array<std::uint64_t, kOutcomeCount> outcomes{};
+  std::uint64_t bytes_in = 0;  ///< without the echoes of own requests
   std::uint64_t bytes_out = 0;
   std::uint64_t stray_bytes = 0;  ///< bytes that belong to no exchange
-  /// Stray bytes since `babble_since`, including the rests of broken replies. `babble_since`: when
-  /// a device last answered, or the port was opened.
+  /// Stray bytes and rests of broken replies since `babble_since`: when a device last answered, or
+  /// the port was opened.
   std::uint64_t babble = 0;
   Instant babble_since{};
   /// Late replies: bytes that came after an exchange without a reply or after the reply to a retry,
@@ -86,9 +85,9 @@ struct LineCounters {
   std::uint32_t echoed = 0;  ///< the latest 32 exchanges, one bit each; 1: the request came back
   /// Connections to serial servers that began with Telnet commands.
   std::uint64_t negotiations = 0;
-  std::uint64_t probes = 0;  ///< probes of absent devices
-  Duration busy{};           ///< time in exchanges and in the silences after them
-  TimeByUse spent{};         ///< busy time by use; the time of an exchange counts when it has ended
+  std::uint64_t probes = 0;
+  Duration busy{};    ///< time in exchanges and in the silences after them
+  TimeByUse spent{};  ///< busy time by use; the time of an exchange counts when it has ended
   RoundTrips round_trips;
 
   std::uint64_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }
@@ -110,42 +109,44 @@ struct PortService {
   std::string mode;            ///< "raw" or "rfc2217"
   bool lent = false;           ///< true: the polls are paused while a client uses the port
   std::string trouble;         ///< why clients cannot connect; empty: clients can connect
-  WallTime open_until{};       ///< end of `release --tcp`; the epoch: no limit
+  WallTime open_until{};       ///< when `baudgate release --tcp` ends; the epoch: no limit
   std::optional<Visit> visit;  ///< the present client, or the last client
 };
 
-/// How working connections to a serial server ended, and what happened at the next connection.
+/// How connections to a serial server ended that had worked (a device had answered), and what
+/// happened at the next connection.
 struct ConnectionEnds {
   RecentTimes asked;  ///< the server ended the connection while a request was under way
   RecentTimes idle;   ///< the server ended the connection between requests
-  /// The server refused the connection that followed a working connection.
+  /// The server refused the connection after one that had worked.
   RecentTimes refused;
-  /// The host did not answer when the line connected again after a working connection.
+  /// The host did not answer when the line connected again, after a connection that had worked.
   RecentTimes unreachable;
-  /// The server closed the connection that followed a working connection, before any answer.
+  /// The server closed the connection before any answer, after one that had worked.
   RecentTimes shut;
-  Duration age{};           ///< how long the connections that ended last had been open
-  std::uint32_t alike = 0;  ///< number of connections in a row that ended at about this age
+  Duration age{};           ///< how long the connection that ended last had been open
+  std::uint32_t alike = 0;  ///< connections in a row that were open for about the same time
 };
 
 struct LineStatus : LineCounters {
   enum class Port : std::uint8_t { closed, open, released } port = Port::closed;
-  /// If open, such as "serial /dev/ttyUSB0 9600 7E1"; else why it is closed.
+  /// If open: the port, such as "serial /dev/ttyUSB0 9600 7E1"; else why it is not open.
   std::string port_text;
-  WallTime port_since{};  ///< when `port` last changed
+  WallTime port_since{};
   WallTime released_until{};
-  /// A release of the port was requested by hand until this time, and a write under way ends first.
-  /// The epoch: no release is requested.
+  /// The port will be released until this time, as a user has requested, when the write under way
+  /// has ended. The epoch: no release is requested.
   WallTime release_asked_until{};
-  /// The port was closed, and is opened again, because no device behind it answered.
+  /// The port was closed because no device behind it answered, and is being opened again.
   bool silent = false;
-  bool lent_to_client = false;  ///< the port is released to a network client, not by hand
+  /// the port is released to a network client, not by `baudgate release`
+  bool lent_to_client = false;
   std::uint32_t times_lost = 0;
   RecentTimes losses;
-  bool takes_no_data = false;  ///< the port was last lost because it accepted no data
-  /// How often the settings were restored after another program had changed them.
+  bool takes_no_data = false;  ///< the port was lost because it accepted no more bytes
+  /// How often the serial settings were restored after another program had changed them.
   std::uint32_t restored = 0;
-  /// Times at which a serial server ended a connection that was in use. The next request opens the
+  /// When a serial server ended a connection while the line used it. The next request opens the
   /// connection again.
   RecentTimes drops;
   ConnectionEnds ends;
@@ -155,16 +156,17 @@ struct LineStatus : LineCounters {
   std::uint32_t parity_errors = 0;
   std::uint32_t framing_errors = 0;
   std::uint32_t overruns = 0;
-  std::optional<ModemLines> modem;  ///< the modem lines as read last; empty: the port has none
+  std::optional<ModemLines> modem;  ///< as read last; empty: the port has no modem lines
   std::vector<PortService> services;
 
   /// With `echo: verify`: since when the bus no longer echoes. Empty: the bus echoes, or the echo
   /// is not checked.
   std::optional<WallTime> cut_since;
-  /// Busy part of the last full minute, 0 to 1; in the first minute, of the time so far.
+  /// The part of the last full minute in which the line was busy, 0 to 1. In the first minute: the
+  /// part of the time so far.
   double use = 0;
-  LineShares minute{};  ///< `use` divided by the use of the line time
-  /// The longest time until it is noticed that an offline device answers again (formula:
+  LineShares minute{};  ///< the part of each LineUse in `use`
+  /// The longest time until the gateway notices that an offline device answers again (formula:
   /// docs/timeouts.md). Empty: no device is offline.
   std::optional<Duration> notice_bound;
 };

@@ -130,8 +130,9 @@ PointStore::Entry::Entry(const std::shared_ptr<const config::Line>& line,
     : point_count(device.points.size()),
       line(line),
       device(std::shared_ptr<const config::Device>(line, &device)),
-      own(std::make_unique<DeviceRecord>()),  // not make_shared: the memory must be freed although
-                                              // `record`, a weak pointer, remains
+      // Not make_shared, because the memory must be freed although `record`, a weak pointer,
+      // remains.
+      own(std::make_unique<DeviceRecord>()),
       record(own) {
   own->line = line;
   own->device = this->device.load().lock();
@@ -150,8 +151,8 @@ PointStore::PointStore(const config::Config& config) {
 void PointStore::Append(const std::shared_ptr<const config::Line>& line) {
   lines_.Append(line, device_count());
   for (const config::Device& device : line->devices) {
-    // One lock for all feeds and the new device: a feed that Subscribe makes meanwhile counts it
-    // once.
+    // feeds_mutex_ covers all feeds and the new device, so a feed that Subscribe makes at the same
+    // time counts the device once.
     const MutexLock lock(feeds_mutex_);
     for (const auto& feed : feeds_) feed->AddDevice(device.points.size());
     devices_.Append(line, device);
@@ -171,7 +172,7 @@ void PointStore::Reconfigure(std::uint32_t line, const std::shared_ptr<const con
       entry.line = record.line;
       entry.device = record.device;
       record.age_limits = LimitsOf(as->devices[i], record.line_cycle);
-      entry.next_ageing = Instant::min();  // some points may age sooner now
+      entry.next_ageing = Instant::min();  // the next Age checks all points
       ++record.version;
     }
     std::vector<std::uint32_t> all(entry.point_count);
@@ -297,8 +298,8 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
     DeviceRecord& record = *entry.own;
     record.override_quality = why;
     ++record.version;
-    // While there is an override, the quality does not depend on age. When the override ends, the
-    // next call of Age reports the qualities by age.
+    // While there is an override, the quality does not depend on age, so any time can be passed.
+    // When the override ends, the next call of Age reports the qualities by age.
     if (why) {
       for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
         entry.announced[point] = QualityAt(record, point, Instant());
@@ -329,7 +330,7 @@ void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now)
   }
   record.age_limits = after;
   ++record.version;
-  entry.next_ageing = Instant::min();  // some points may age sooner now
+  entry.next_ageing = Instant::min();  // the next Age checks all points
 }
 
 void PointStore::UpdateStatus(std::uint32_t device,

@@ -37,7 +37,7 @@ namespace baudgate::bus {
 // the thread of the output takes them.
 struct PointRef {
   std::uint32_t device = 0;  ///< index in the point store
-  std::uint32_t point = 0;   ///< index in the device's points
+  std::uint32_t point = 0;
 };
 
 struct Changes {
@@ -49,7 +49,6 @@ struct Changes {
 
 class ChangeFeed {
  public:
-  /// `points_per_device`: the number of points of each device in the point store.
   explicit ChangeFeed(std::span<const std::size_t> points_per_device);
 
   void AddDevice(std::size_t points);
@@ -72,20 +71,20 @@ class ChangeFeed {
   bool woken_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-// `DeviceRecord` is the record of a device in the point store: the latest reading of every point,
-// the status of the device, and the age limits of its values.
+// `DeviceRecord` is the record of a device in the point store: the latest reading of every point
+// (`PointRecord`), the status of the device, and the age limits of its values.
 struct PointRecord {
-  Value value;  ///< the last value that was not bad; empty before the first
-  /// Quality of the last reading; age and device state do not change it.
+  Value value;  ///< the last value that was not bad; empty: there was none
+  /// Quality of the last reading, whatever its age and the state of the device.
   Quality reported = Quality::bad_waiting;
-  /// Limit of the quality until the next reading. It is lowered when the value becomes doubtful or
-  /// too old.
+  /// Best quality that the point can have until the next reading. It is lowered when the value
+  /// becomes doubtful or too old.
   Quality at_best = Quality::good;
   /// When the reply with the value ended (monotonic clock). For a late reply it is the time of the
   /// request, because the value may be as old. Empty: never read.
   std::optional<Instant> read_at;
-  WallTime source_time{};  ///< `read_at` as time of day
-  std::uint64_t seq = 0;   ///< number of readings of this point
+  WallTime source_time{};  ///< `read_at` as civil time
+  std::uint64_t seq = 0;
   std::uint32_t rtt_us = 0;
 };
 
@@ -99,8 +98,8 @@ struct AgeLimits {
   bool operator==(const AgeLimits&) const = default;
 };
 
-/// If set, this is the quality of all values of a device, whatever their age. Empty: each value has
-/// a quality of its own.
+/// If set: the quality of all values of a device, whatever their age, for example while it is
+/// offline.
 using Override = std::optional<Quality>;
 
 struct DeviceRecord {
@@ -109,18 +108,16 @@ struct DeviceRecord {
   std::vector<PointRecord> points;               ///< same indices as device->points
   DeviceStatus status;
   Override override_quality;
-  Duration line_cycle{};  ///< measured time in which the line reads all its fast points once
-  std::array<AgeLimits, config::kGroups> age_limits;  ///< index: config::Group
+  /// Measured time in which the line reads all points of the group `fast` once.
+  Duration line_cycle{};
+  std::array<AgeLimits, config::kGroups> age_limits;
   /// Increased with each change of a reading, a doubt, the override or the age limits. While it
   /// stays the same, a quality changes by age only.
   std::uint64_t version = 0;
 };
 
-// Functions that compute the quality of a stored value at a given time: the quality of the last
-// reading, made worse by doubt, by age, and by the state of device and line.
-
-/// Returns the age limits for each config::Group. `line_cycle`: the measured time in which the line
-/// reads all its fast points once. A value is never too old before twice this time.
+/// Returns the age limits for each config::Group. `line_cycle`: see DeviceRecord. A value becomes
+/// too old after twice this time at the earliest.
 std::array<AgeLimits, config::kGroups> LimitsOf(const config::Device& device, Duration line_cycle);
 
 /// Returns the quality of the last reading, made worse by doubt and age. The state of the device
@@ -132,7 +129,7 @@ Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now);
 /// then age.
 Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
 
-/// Returns how long ago the point was read; empty: the point was never read.
+/// Empty: the point was never read.
 std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now);
 
 /// Returns the next time after `now` at which age alone changes the quality of the point; empty:
@@ -148,7 +145,6 @@ class PointStore {
   /// device was removed and forgotten.
   std::shared_ptr<const config::Line> line(std::uint32_t device) const;
   std::shared_ptr<const config::Device> device(std::uint32_t device) const;
-  /// Returns the number of points of a device, also after Forget.
   std::size_t point_count(std::uint32_t device) const { return devices_[device].point_count; }
   /// True if a reload has removed the device. No other device gets its number.
   bool gone(std::uint32_t device) const { return devices_[device].gone; }
@@ -168,14 +164,14 @@ class PointStore {
   /// Values and ages stay.
   void Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now);
   void SetOverride(std::uint32_t device, Override why);
-  /// Sets the measured time in which the line reads all its fast points once. The age limits depend
-  /// on it. A value that is too old by the old limits stays too old until it is read again.
+  /// Sets DeviceRecord::line_cycle, on which the age limits depend. A value that is too old by the
+  /// old limits stays too old until it is read again.
   void SetLineCycle(std::uint32_t device, Duration cycle, Instant now);
   /// Calls `change` with the status, while its lock is held, and reports the change to the feeds.
   void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);
 
-  /// Returns the number of the present line with this name. Lines are numbered in the order of the
-  /// configuration; lines that a reload adds get the next numbers.
+  /// Returns the number of the line with this name that no reload has removed. Lines are numbered
+  /// in the order of the configuration; lines that a reload adds get the next numbers.
   std::uint32_t LineIndex(const config::Line& line) const;
   /// Returns the configuration of a line. Null: a reload has removed the line.
   std::shared_ptr<const config::Line> LineAt(std::uint32_t line) const;
@@ -185,7 +181,6 @@ class PointStore {
   /// was forgotten.
   void UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change);
 
-  /// Returns a feed that will contain all changes from now on.
   std::shared_ptr<ChangeFeed> Subscribe();
   void Unsubscribe(const std::shared_ptr<ChangeFeed>& feed);
 
@@ -195,8 +190,8 @@ class PointStore {
   /// Adds a line. The line and its devices get the next numbers.
   void Append(const std::shared_ptr<const config::Line>& line);
   /// Replaces the configuration of a line that has the same devices and points. New age limits
-  /// apply to old readings as well, because the user has changed them. A value that SetLineCycle
-  /// has made too old stays too old until it is read again.
+  /// apply to old readings as well, because the user has changed them. A value that was too old
+  /// when SetLineCycle made the limits longer stays too old until it is read again.
   void Reconfigure(std::uint32_t line, const std::shared_ptr<const config::Line>& as);
   /// Marks the devices of this line as removed (gone). Their data stay until Forget.
   void Retire(std::uint32_t line);
@@ -228,7 +223,6 @@ class PointStore {
   void Announce(std::uint32_t device, std::span<const std::uint32_t> points);
   static void ScheduleAgeing(Entry& entry, const DeviceRecord& record, std::size_t point,
                              Instant now) BAUDGATE_REQUIRES(entry.mutex);
-  /// Returns the number of the line's last device, plus one.
   std::size_t EndOfDevices(std::uint32_t line) const;
 
   struct LineEntry {

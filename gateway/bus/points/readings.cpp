@@ -18,16 +18,15 @@ bool IsUnscaled(const config::Point& point) { return point.scale == 1 && point.o
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
-/// Rounds a float32 to single precision, so that all outputs show the same number, whether they use
-/// 32 or 64 bits. Returns no value if it is not finite.
+/// Rounds a float32 to single precision, so that outputs with 32 and with 64 bits show the same
+/// number. Returns no value if it is not finite.
 Value FitFloat(Type type, double number) {
   const double fits = type == Type::float32 ? NearestSingle(number) : number;
   return std::isfinite(fits) ? Value(fits) : Value();
 }
 
-/// Converts the number to the alternative of `Value` that is used for the type of the point.
-/// Converts a number to the type of the point. Returns no value if the number does not fit the
-/// type.
+/// Converts a number to the type of the point, and to the alternative of `Value` for this type.
+/// Returns no value if the number does not fit the type.
 Value Fit(const config::Point& point, const Decimal& number) {
   const Type type = point.type;
   if (type == Type::boolean) {
@@ -55,7 +54,6 @@ Value FitNumber(const config::Point& point, const Value& raw) {
   return number ? Fit(point, *number * point.scale + point.offset) : Value();
 }
 
-/// True if the type of the point can hold this value, which is in the unit of users.
 bool FitsType(const config::Point& point, const Value& value) {
   const auto number = Decimal::Of(value);
   return number && HasValue(Fit(point, *number));
@@ -88,7 +86,8 @@ Sample ToSample(const config::Point& point, const protocols::Reading& reading) {
   sample.point = static_cast<std::uint32_t>(reading.point);
   sample.quality = reading.quality;
   if (!HasValue(reading.value)) {
-    // A reading without a value must not be stored as good, because the stored value may be wrong.
+    // The protocol has reported no value, so the value in the point store may be wrong, and must
+    // not count as good.
     if (IsGood(sample.quality)) sample.quality = Quality::bad;
     return sample;
   }
@@ -124,7 +123,7 @@ Result<Value> ToRaw(const config::Point& point, const Value& value) {
     if (!std::isfinite(close)) return Error{"the value is not a number"};
     return Value(close);
   }
-  // Only the value for users has a fraction: a raw value of a whole type is a whole number.
+  // The type is whole, so the raw value is rounded to a whole number.
   if (const auto whole = raw.ToInt64()) return Value(*whole);
   if (const auto whole = raw.ToUint64()) return Value(*whole);
   return Error{ToText(value) + " is beyond what the device can hold"};
@@ -174,7 +173,8 @@ JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
     History& history = histories_[sample.point];
     const bool steady = !std::exchange(history.changes, changes) && !changes;
     const bool jumped = steady && HasValue(history.candidate) && HasValue(history.last);
-    // If the second reading agrees with neither value, the measured value itself moves.
+    // If the second reading agrees neither with the last value nor with the jump, the measured
+    // value itself moves, and no damage is counted.
     const bool returned = jumped && Agree(point, history, history.last, sample.value) &&
                           !Agree(point, history, history.candidate, sample.value);
     result.unconfirmed = result.unconfirmed || returned;

@@ -33,8 +33,8 @@ struct Sample {
 /// `reading.point` must be the index of `point` in its device.
 Sample ToSample(const config::Point& point, const protocols::Reading& reading);
 
-/// Converts a value of users to the raw value that the protocol sends; an error says why it does
-/// not fit.
+/// Converts a value of users to the raw value that the protocol sends. The error says why the value
+/// does not fit.
 Result<Value> ToRaw(const config::Point& point, const Value& value);
 
 /// Converts the readings of a reply. Readings of points that the device does not have are left out.
@@ -80,22 +80,22 @@ class JumpCheck {
   struct Result {
     /// Points whose stored values are uncertain until they are read again.
     std::vector<std::size_t> doubtful;
-    bool ask_again = false;    ///< the points have to be read again now
+    bool ask_again = false;
     bool unconfirmed = false;  ///< a value jumped, and the second reading was the last value again
-    /// Group of a seldom point (once, daily) that stays uncertain.
+    /// Set if a point of the group `once` or `daily` stays uncertain: the group to read again.
     std::optional<config::Group> spoils;
   };
   /// Removes the samples that a second reading must confirm first. Samples whose quality is not
   /// good are never removed.
   Result Check(std::vector<Sample>& samples);
-  /// A write was confirmed by the device, so a reading that agrees with `value` needs no second
-  /// reading.
+  /// Call when the device has confirmed a write, so that a reading that agrees with `value` needs
+  /// no second reading.
   void OnWritten(std::size_t point, Value value);
 
  private:
   struct History {
-    Value last;       // the last value that was accepted
-    Value candidate;  // a value that was read but is not confirmed yet
+    Value last;
+    Value candidate;  // a reading that is not confirmed yet
     Decimal largest;
     int readings = 0;      // number of readings in a row that disagreed
     bool changes = false;  // the previous reply had a reading marked as uncertain
@@ -107,7 +107,7 @@ class JumpCheck {
                     const Value& b);
 
   std::span<const config::Point> points_;
-  std::vector<History> histories_;  // same indices as points_; empty until the first check
+  std::vector<History> histories_;  // empty until the first check
 };
 
 }  // namespace baudgate::bus

@@ -1,12 +1,12 @@
-// `EndedExchange` describes an exchange that has ended, as one value: the request, the outcome, to
-// which request the reply belongs, and what was received. Job::Ended (gateway/bus/jobs/job.h) makes
-// it. It is used in this order: the bus learns from it (DeviceTracker::OnExchange), each
-// `ExchangeObserver` gets it once (the counters of device and line, and the diagnosis), then the
-// job decides about its next step. Observers have no influence on that.
+// `EndedExchange` describes an exchange that has ended: the request, the outcome, the received
+// reply, and which request this reply answers. Job::Ended (gateway/bus/jobs/job.h) makes it. Then
+// DeviceTracker::OnExchange learns from it, each `ExchangeObserver` gets it once (the counters of
+// device and line, and the diagnosis), and at last the job decides about its next step. An observer
+// cannot change this decision.
 //
-// `LineObserver` is the interface to the diagnosis of a line; gateway/diagnosis/observer.h
-// implements it. The functions of this class do nothing, so the bus works without a diagnosis as
-// well. They are called on the thread of the line:
+// `LineObserver` is the interface to the diagnosis of a line (gateway/diagnosis/observer.h). Its
+// functions do nothing by default, so the bus works without a diagnosis. They are called on the
+// thread of the line:
 //
 //   on the line                          call
 //   the port has opened                  OnOpened
@@ -40,12 +40,13 @@ namespace baudgate::bus {
 
 /// A reply that was not accepted, because it may answer an earlier request.
 struct Unproven {
-  /// Why the device refused the request, in words; empty: the reply is not a refusal.
+  /// If the reply is a refusal: the reason of the device in words, and its outcome. Else empty, and
+  /// Outcome::none.
   std::string refusal{};
   Outcome refused_as = Outcome::none;
 };
 
-/// An exchange that has ended. The pointers in it are valid during the call only.
+/// The pointers are valid only during the call of OnExchange.
 struct EndedExchange {
   Member* member = nullptr;
   Asked asked{};
@@ -53,17 +54,19 @@ struct EndedExchange {
   Instant began{};    ///< when the line got the request
   LineUse use = LineUse::polls;
   bool broadcast = false;  ///< the request expected no reply
-  /// The request came from a client, so a refusal is not a fault of the device.
+  /// A client of a transparent route sent the request, so a refusal counts as a good answer.
   bool routed = false;
-  bool polls = false;  ///< the line time counts when polls are shared fairly among devices
+  /// True for a poll. Its line time counts for Schedule, which polls the device next that has used
+  /// the least line time.
+  bool polls = false;
   const protocols::Answer* answer = nullptr;
   WhoseReply::Verdict verdict{};
   /// Set if a reply came that may answer an earlier request; else null.
   const Unproven* unproven = nullptr;
-  bool no_echo = false;  ///< with `echo: verify`: the echo was missing
+  bool no_echo = false;  ///< option `echo: verify`: the request did not come back
   bool cut = false;      ///< the bus has stopped echoing requests (EchoWatch::is_cut)
-  // DeviceTracker::OnExchange sets these:
-  Duration patience{};  ///< extra reply time of the member, because its replies came late
+  // DeviceTracker::OnExchange sets the two members below.
+  Duration patience{};  ///< extra reply time of the device, because its earlier replies were late
   bool lags = false;    ///< the member's replies come one or more requests late
 
   bool answered() const { return ProvesLife(end.outcome); }
@@ -91,9 +94,9 @@ class LineObserver : public ExchangeObserver {
   virtual void OnUnaskedBytes(View /*bytes*/, Instant /*now*/) {}
   /// Returns true if these first bytes of a connection are a Telnet negotiation.
   virtual bool IsNegotiation(View /*bytes*/) const { return false; }
-  /// A message of the device that sends unasked has come. `rest`: time since the message before.
-  /// `reason`, `remedy`: why the device refuses, and what helps; or empty. If `outcome` is a
-  /// failure, the message was damaged.
+  /// A message has come from the device that sends without being asked. `rest`: silence since its
+  /// previous message. `reason`: why the device refuses; `remedy`: what helps; both can be empty.
+  /// If `outcome` is a failure, the message was damaged.
   virtual void OnUnasked(const Device& /*device*/, Outcome /*outcome*/,
                          const std::string& /*reason*/, const std::string& /*remedy*/,
                          Duration /*rest*/, Instant /*now*/) {}

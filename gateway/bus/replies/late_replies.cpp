@@ -1,13 +1,17 @@
-// The tables of `LateReplies`. After an exchange has ended, a reply may still come
-// (MayStillAnswer), and the next requests wait for some time (SetWait):
+// The two tables of `LateReplies`. The reply time, the drain and the ceiling (the latest end of an
+// exchange) are members of LineTimes (gateway/bus/exchange/line.h). A slave of routes is not
+// configured; only clients of transparent routes ask it.
+//
+// After an exchange a reply may still come (MayStillAnswer), so the next requests wait (SetWait):
 //
 // clang-format off
 //   the exchange ended as     what may still come                      requests wait until
 //   no_reply, unexpected      the reply                                the ceiling of the request
-//   corrupt, partial          of a device nothing, because a probe     -
-//                             checks it; of a slave of routes the      the ceiling of the request
-//                             reply, unless the damaged bytes were
-//                             as long as a reply
+//   corrupt, partial          from a device: nothing, because a probe  -
+//                             shows whether replies come in order
+//                             from a slave of routes: the reply,       the ceiling of the request
+//                             unless the damaged bytes were as long
+//                             as a reply
 //   line_down                 the reply                                the reply time and the drain are over;
 //                                                                      behind a serial server: the ceiling
 //   an answer after silence   if replies carry no address: the         the ceiling of the request
@@ -19,16 +23,17 @@
 //   it ended as               the bytes are                            what follows
 //   corrupt                   the rest of the damaged reply            nothing
 //   partial                   the rest of a reply that broke off       a longer silence after failures
-//   an answer                 one byte: a driver that releases the     nothing
-//                             bus. More than three bytes: a copy       a silence after good replies
+//   an answer                 one byte: noise of a driver that         nothing
+//                             releases the bus
+//                             more than three bytes: a copy            a silence after good replies
 //   an answer to a retry      if as long as a reply: the reply to      more patience; a late reply is
 //                             the retry itself                         counted
 //   no_reply                  if as long as a reply: the late reply    more patience; a late reply is
 //                                                                      counted; a longer silence after failures
-//   anything, and the reply   the reply of that other device, if this  TakeOthers finds the reply by its
-//   of another device is due  one has answered or is absent            address
+//   an answer, or a failed    if a reply of another device is          TakeOthers finds the reply by its
+//   probe of an offline       expected: this reply                     address
+//   device
 // clang-format on
-//
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/replies/late_replies.h"
 
@@ -42,11 +47,12 @@ namespace {
 constexpr int kAgain = 2;
 /// After this many replies in time, the earlier late replies are forgotten.
 constexpr int kRepliesToForget = 100;
-/// Each reply in time shortens the patience by this part of it (1 / kPartTakenOff).
+/// Each reply in time shortens the extra reply time (Patience) by this part (1 / kPartTakenOff).
 constexpr int kPartTakenOff = 1024;
 constexpr Duration kLeastPatience = 1ms;
 
-/// Returns the time between the configured reply time (plus gap) and the ceiling.
+/// Returns the greatest extra reply time: with it the exchange still ends within
+/// LineTimes::ceiling.
 Duration RoomOf(const Member& member) {
   const LineTimes& times = member.times;
   return std::max<Duration>(times.ceiling - times.reply - times.gap, {});
@@ -85,18 +91,18 @@ Duration Patience::More(const Member& member) const {
 
 namespace {
 
-/// In characters. Bytes that come later than this after a good reply (plus the drain time) are not
-/// a copy of the reply.
+/// In characters. Bytes that come later than this (plus LineTimes::drain) after a good reply are
+/// not a copy of the reply.
 constexpr int kLongestTrail = 256;
-/// In bytes. A driver that releases the bus can cause this many; they are not taken for a reply.
+/// In bytes. So few bytes are not a reply, because a driver that releases the bus can cause them.
 constexpr std::size_t kNoise = 3;
 /// In bytes: how many received bytes are searched for late replies of other devices.
 constexpr std::size_t kMostHeard = 1024;
-/// A late reply of another device is counted until this time, which can be after the ceiling: the
-/// counter `late` then shows that the ceiling is too short.
+/// Greatest lateness of a late reply that TakeOthers counts. It can be above LineTimes::ceiling:
+/// the counter `late` then shows that the ceiling is too short.
 constexpr Duration kLatest = 1min;
 
-/// The longer silences are shortened gradually: each good reply takes off this part (1 / kDecay).
+/// Each good reply shortens the learned silences (more_drain and trail) by this part (1 / kDecay).
 constexpr int kDecay = 64;
 constexpr Duration kForgotten = 1ms;
 
@@ -150,15 +156,15 @@ void LateReplies::OnEnded(const Asked& asked, const ExchangeEnd& end, bool nothi
 
 LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant now) {
   StrayEffects effects;
-  // After the ceiling no reply can come, so the bytes are noise.
+  // After LineTimes::ceiling no reply can come, so the bytes are noise.
   if (last_ == nullptr || stray.since_end > last_->times.ceiling) return effects;
   const Member& member = *last_;
   Entry& entry = entries_[member];
   Last& last = entry.last;
   effects.counts = last.end != Last::End::corrupt && last.end != Last::End::cut_short;
   if (last.end == Last::End::corrupt) return effects;
-  // No reply of the last device can come, but a reply of another device may still come. So
-  // the bytes may be that reply, and TakeOthers searches them.
+  // No reply of the last device can come, but a reply of another device may come. The bytes may be
+  // this reply, so TakeOthers searches them.
   const bool owes_none = last.end == Last::End::answered || last.absent;
   if (owes_none && OthersMayAnswer(member, now)) return effects;
   last.after += stray.count;
@@ -167,7 +173,8 @@ LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant 
   const bool harmless = last.end == Last::End::answered && last.after == 1 && !member.protocol->tcp;
   if (harmless) effects.counts = false;
   const bool may_be_reply = last.after >= last.least;
-  // The retry is answered as well, so the reply before was the late reply to the first try.
+  // The bytes may be the reply to the retry. Then the reply that was accepted for the retry was the
+  // late reply to the first try.
   if (may_be_reply) patience_.OnLate(member, std::exchange(last.retried, {}));
   if (may_be_reply && last.late_from && last.due && *last.late_from <= now) {
     effects.late_member = &member;
@@ -221,16 +228,15 @@ std::vector<LateReplies::Late> LateReplies::TakeOthers() {
   return found;
 }
 
-/// Makes the silence after exchanges of the member longer, so that later bytes like these do not
-/// meet the next request.
+/// Makes the silence after exchanges of the member longer, so that bytes as late as these come
+/// before the next request.
 void LateReplies::LearnSilence(Entry& entry, const Member& member, const StrayBytes& stray,
                                StrayEffects& effects) {
   const LineTimes& times = member.times;
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (entry.last.end == Last::End::answered) {
     if (entry.last.after <= kNoise) return;
-    // A copy of the reply comes within the time that the longest reply takes. Later bytes are not a
-    // copy.
+    // A copy of a reply comes at most as late as the longest reply takes.
     const Duration longest = times.drain + kLongestTrail * times.character;
     if (stray.since_end <= longest) entry.trail = std::max(entry.trail, std::min(needed, longest));
     return;
@@ -253,13 +259,14 @@ bool LateReplies::OthersMayAnswer(const Member& member, Instant at) const {
   });
 }
 
-/// True if the reply may still come after the exchange has failed.
-/// * After silence the reply may be late. After an unexpected frame it may come too, because the
-///   frame may be the late reply of another device.
-/// * After a damaged reply of a configured device it is not waited for, because a probe will show
+/// True if the reply may still come after the exchange has failed:
+/// * After silence the reply may be late.
+/// * After an unexpected frame the reply may come, because the frame may be the late reply of
+///   another device.
+/// * After a damaged reply of a configured device no reply is waited for, because a probe will show
 ///   whether replies come in order.
-/// * After a damaged reply of a slave that only routes reach it may come, unless the damaged bytes
-///   were as long as its reply and no other reply could come.
+/// * After a damaged reply of a slave without configuration the reply may come, unless the damaged
+///   bytes were as long as the reply and no reply of another member could come.
 bool LateReplies::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const {
   if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
@@ -282,7 +289,8 @@ void LateReplies::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
     if (open && !entry.unanswered_since) entry.unanswered_since = asked.sent;
     // A probe of an offline device must not make the other devices wait this long each time.
     if (asked.lone_probe && asked.named()) return;
-    // If the server closed the connection, the exchange has ended long before its reply time.
+    // If the server closed the connection, the exchange has ended before its reply time, but the
+    // reply may come until LineTimes::ceiling is over.
     const Instant by_end = std::max(now + times.ceiling - times.reply, asked.sent + times.ceiling);
     const Instant by_request = asked.sent_out() + times.ceiling;
     SetLate(member, member.device != nullptr ? by_end : std::max(by_request, by_end));
@@ -334,8 +342,8 @@ Instant LateReplies::ClearAt(const Asked& asked) const {
 Duration LateReplies::ExtraDrain(const Member& member) const { return entries_[member].more_drain; }
 
 /// Returns the silence after a good reply. If the request was sent n times, the reply may be the
-/// reply to the first try, and n - 1 replies may follow. The last of them comes within the time
-/// since the first try, plus the usual lateness of the device; at most the ceiling.
+/// reply to the first try, and n - 1 replies may follow. They come within the time since the first
+/// try, plus the lateness of earlier replies (more_drain); LineTimes::ceiling is the limit.
 Duration LateReplies::Aftermath(const Asked& asked, Instant now) const {
   const Entry& entry = entries_[*asked.member];
   // The reply carries a number or is correct for any request (any_order), so late replies do no

@@ -1,17 +1,16 @@
 // `LateReplies` decides how long a reply can still come to a request that got none. During this
 // time the device gets only retries of that request; if replies carry no address, no other device
-// of the line gets a request either. docs/timeouts.md has the times; late_replies.cpp has two
-// tables of the cases. `Asked` describes a request; `Patience` lengthens the reply time of a device
-// whose replies came late.
+// of the line gets a request either. docs/timeouts.md has the times, and
+// gateway/bus/replies/late_replies.cpp two tables of the cases. `Asked` describes a request;
+// `Patience` lengthens the reply time of a device whose replies came late.
 //
-// Call OnEnded at the end of an exchange, then OnStray for bytes that come after it. (Bytes from
-// before the end of the next exchange that do not belong to it, LineNews::stray_before, count here
-// too.)
+// Call OnEnded at the end of an exchange, then OnStray for bytes that belong to no exchange. These
+// bytes can also come during the next exchange (LineNews::stray_before).
 //
 // Bytes after the end of an exchange are never read as a reply. If they are a late reply, it is
 // counted, and the next waits are longer. A late reply that comes during a later exchange is judged
-// by whose_reply.h. If replies carry addresses, TakeOthers finds a late reply that came while
-// another device was asked.
+// by `WhoseReply` (gateway/bus/replies/whose_reply.h). If replies carry addresses, TakeOthers finds
+// a late reply that came while another device was asked.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,8 +31,8 @@
 
 namespace baudgate::bus {
 
-/// Greatest number of extra retries beyond the configured `retries`. Example: behind a serial
-/// server whose replies come three requests late, the fourth try gets the reply to the first. One
+/// Greatest number of extra retries beyond the configured `retries`. Example: the replies of a
+/// serial server come three requests late, so the fourth try gets the reply to the first try. One
 /// more try makes up for a lost reply.
 inline constexpr int kMostTriesMore = 4;
 /// Greatest number of extra probes that find out by how many requests the replies of a device lag.
@@ -42,44 +41,44 @@ inline constexpr int kMostProbesMore = 16;
 struct Asked {
   const Member* member = nullptr;
   const protocols::Request* request = nullptr;
-  Instant sent{};      ///< when the first byte was sent; before that, when the line got the request
-  bool first = false;  ///< the first request of a task, not a retry, and no probe
-  bool retry = false;  ///< the same request was sent before and failed
+  Instant sent{};      ///< when the first byte was sent; until then, when the line got the request
+  bool first = false;  ///< the first request of its protocols::Task; false for a retry or a probe
+  bool retry = false;
   bool probe = false;
-  /// A probe behind which no job waits: it finds out whether an offline device is back.
+  /// The probe finds out whether an offline device is back; no other job waits for it.
   bool lone_probe = false;
-  /// A probe renews the proof of the device early, because the line has time.
+  /// A proof is needed before this request if the latest proof is older than 45 s (kProofRenews),
+  /// not 1 min, because the line has time.
   bool renews_proof_early = false;
-  bool proved = false;      ///< the device has answered a probe before this task
-  bool unprovable = false;  ///< a probe before this task was necessary, but is not possible
+  bool proved = false;      ///< a probe directly before the task was answered
+  bool unprovable = false;  ///< the task needs a probe before it, but the device cannot be probed
   bool writes = false;
 
   Instant sent_out() const { return sent + TransmissionTime(*request, member->times.character); }
   Duration reply_time() const { return ReplyTime(*request, member->times); }
-  /// True if the reply contains the address of its device.
   bool named() const { return !request->expect.address.empty(); }
-  /// True if the device itself writes the address into the reply, not a converter in front of it.
+  /// False if a converter may have written the address into the reply, as in Modbus TCP.
   bool names_itself() const { return named() && !request->numbered; }
-  /// Returns the bytes of the request without its sequence number.
+  /// Returns the request without its sequence number, such as the transaction number of Modbus TCP.
   Bytes question() const { return WithoutNumber(*member->protocol, request->bytes); }
 };
 
 // `Patience` is the extra time that the line waits for a device beyond its reply time, because its
-// replies came late repeatedly. Reply time and patience together do not exceed the ceiling. See
-// docs/timeouts.md, "Late replies". Example with a reply time of 300 ms:
+// replies came late repeatedly. Reply time and patience together do not exceed LineTimes::ceiling.
+// See docs/timeouts.md, "Late replies". Example with a reply time of 300 ms:
 //
 //   event                        the line waits
 //   a reply comes at 450 ms      300 ms: once may be chance
 //   another reply at 450 ms      488 ms: 300 ms and 5/4 of the lateness
 //   replies in time              gradually less
 //   the device goes offline      300 ms, so that probes of it do not delay other devices
-//
 class Patience {
  public:
-  /// A late reply came after its exchange had ended. `lateness`: time since the end of the reply
-  /// time.
+  /// Call when a late reply came after its exchange had ended. `lateness`: time since the end of
+  /// the reply time.
   void OnLate(const Member& member, Duration lateness);
-  /// A reply was accepted. `lateness`: time since the end of the reply time; zero or less: in time.
+  /// Call when a reply was accepted. `lateness`: time since the end of the reply time; zero or
+  /// less: in time.
   void OnAnswered(const Member& member, Duration lateness);
   void OnOffline(const Member& member) { entries_[member] = {}; }
 
@@ -87,7 +86,7 @@ class Patience {
 
  private:
   struct Entry {
-    int late_count = 0;  // number of late replies; reset after many replies in time
+    int late_count = 0;  // number of late replies; kRepliesToForget replies in time reset it
     int in_time = 0;
     Duration most{};  // longest lateness of the counted late replies
     Duration more{};
@@ -103,17 +102,17 @@ class LateReplies {
   explicit LateReplies(const Roster& roster) : roster_(roster) {}
 
   /// Call at the end of an exchange. Computes how long the next requests have to wait.
-  /// `nothing_to_wait_for`: waiting has no use, because no reply of the device can come any more,
-  /// or its replies always come some requests late.
+  /// `nothing_to_wait_for`: waiting is useless, because the device cannot send a reply any more, or
+  /// its replies always come some requests late.
   void OnEnded(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for, Instant now);
 
   struct StrayEffects {
-    bool counts = true;  ///< the bytes count as stray bytes of the line
-    /// The bytes are the late reply of this member (reported once per exchange); null: the bytes
-    /// are not.
+    bool counts = true;  ///< false: the bytes do not count in LineCounters::stray_bytes
+    /// The member whose late reply the bytes are. Null: the bytes are no late reply, or the late
+    /// reply was reported before.
     const Member* late_member = nullptr;
     Duration lateness{};  ///< how long after the end of its reply time the late reply came
-    const Member* warned = nullptr;  ///< the device that `warning` concerns; null: no warning
+    const Member* warned = nullptr;  ///< null: there is no warning
     std::string warning;
   };
   StrayEffects OnStray(const StrayBytes& stray, Instant now);
@@ -129,16 +128,18 @@ class LateReplies {
   /// replies that carry an address.
   std::vector<Late> TakeOthers();
 
-  /// The port closed during an exchange. When it has opened again, the reply may still come: from a
-  /// device within its reply time, from a serial server, which stores received bytes, until the
-  /// ceiling.
+  /// Call when the port has closed during an exchange. When the port has opened again, the reply
+  /// may still come: from a device within its reply and drain times, from a serial server until
+  /// LineTimes::ceiling, because a server stores received bytes.
   void OnClosed(const Member& member, Instant now);
-  /// A telegram by hand got no reply. The reply may still come until the ceiling of the member.
+  /// Call when a telegram that a user has sent (`baudgate ask`) got no reply. The reply may come
+  /// until LineTimes::ceiling is over.
   void OnUnknownRequest(const Member& member, Instant now) {
     SetLate(member, now + member.times.ceiling);
   }
-  /// A second, different reply of the member came, as from two devices with one address. From the
-  /// second time on, the line keeps the drain time of the member silent after its good replies too.
+  /// Call when a second, different reply of the member came, as from two devices with one address.
+  /// From the second call on, the line stays silent for LineTimes::drain after each good reply of
+  /// the member.
   void OnSecondReply(const Member& member) {
     Entry& entry = entries_[member];
     if (!std::exchange(entry.had_second, true)) return;
@@ -146,8 +147,8 @@ class LateReplies {
   }
   /// Returns how long after the end of its reply time the reply began. Zero or less: in time.
   static Duration Lateness(const Asked& asked, const ExchangeEnd& end);
-  /// The member is offline. Forgets what its late replies have made longer, so that probes of it do
-  /// not delay other devices.
+  /// Call when the member is offline. Removes the extra waits that its late replies have caused, so
+  /// that probes of it do not delay other devices.
   void OnOffline(const Member& member) {
     entries_[member].more_drain = {};
     patience_.OnOffline(member);
@@ -161,14 +162,12 @@ class LateReplies {
   /// reply with an address is never mistaken for the reply of another device.
   Instant ClearAt(const Asked& asked) const;
   Duration PatienceFor(const Member& member) const { return patience_.More(member); }
-  /// Returns PatienceFor the member of this request; zero for a probe of an offline device.
   Duration MoreReply(const Asked& asked) const {
     return asked.lone_probe ? Duration() : patience_.More(*asked.member);
   }
-  /// Returns how much longer than the drain time the line is silent after a failed exchange of the
-  /// member.
+  /// Returns the silence beyond LineTimes::drain after a failed exchange of the member.
   Duration ExtraDrain(const Member& member) const;
-  /// Returns how long the line is silent even after a good reply to this request.
+  /// Returns the silence of the line after a good reply to this request.
   Duration Aftermath(const Asked& asked, Instant now) const;
   /// Returns the longest reply time of all members. After a silence of this length no reply can
   /// come.
@@ -193,19 +192,18 @@ class LateReplies {
     std::size_t after = 0;  // bytes received since the end of the exchange
     // When the reply to the first try was due. Empty if no try met silence.
     std::optional<Instant> due{};
-    // If the awaited late reply comes, it comes at this time or later.
+    // Earliest time of the expected late reply. Empty: no late reply is expected.
     std::optional<Instant> late_from{};
     Duration retried{};            // if a retry was answered: the time from `due` to that answer
-    protocols::Request request{};  // the request, if its late reply can be recognised by an address
+    protocols::Request request{};  // unanswered request; set only if its reply contains an address
   };
   struct Entry {
-    Instant late_until{};                     // until then the reply to a failed request may come
+    Instant late_until{};  // the reply to a failed request may come until this time
     std::optional<Instant> unanswered_since;  // when the first request without a reply was sent
     Last last;
-    // Extra silence after failed exchanges, because bytes came later than the drain time.
+    // Extra silence after failed exchanges, because bytes came later than LineTimes::drain.
     Duration more_drain{};
-    // Silence after good replies, because bytes came after a good reply. (For failed exchanges
-    // there is `more_drain`.) Needed by
+    // Silence after good replies, because a copy came after a good reply. Needed by
     // MisbehavingTwin.DoubledRepliesAffectNoOtherReply/Set4tm9600.
     Duration trail{};
     bool told_late = false;

@@ -1,10 +1,11 @@
-// The table of `WhoseReply`: to which request a reply belongs. A reply is "owed" while it may still
-// come (see whose_reply.h). A and B are devices; a stranger is another master that used the port.
+// The table of `WhoseReply`: which request a reply answers. A reply is "owed" while it may still
+// come. A and B are devices; a stranger is another master that used the port before. The words
+// proven, elsewhere, shifted, replaced and odd are members of WhoseReply::Verdict.
 //
 //   UA1, UA2, ?A1   polls of A
 //   PA0             a probe that asks A for its name; the reply is !A0
 //   !A1=5           a reply that contains the number of its request: it answers ?A1
-//   !=1             a reply without that number: it may answer any U. Example: a reply of two
+//   !=1             a reply without that number: it may answer UA1 and UA2. Example: a reply of two
 //                   registers in Modbus RTU does not contain which two
 //
 // clang-format off
@@ -57,7 +58,6 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Number of stored requests: the latest and kMostOwed before it.
 constexpr std::size_t kRemembered = AnswerOrder::kMostOwed + 1;
 
 constexpr std::uint64_t Bit(std::size_t number) { return std::uint64_t{1} << number; }
@@ -80,13 +80,13 @@ void AnswerOrder::OnStranger(Instant now) {
   }
 }
 
-/// Removes requests of strangers ("?") from the order, here with requests a and b of this gateway.
-/// "^" marks the requests that may have been answered last:
+/// Removes the requests of other masters ("?") from the order. Three examples with requests a and b
+/// of this gateway; "^" marks the requests that may have been answered last:
 ///
-///   sent before     a ? ? b      a ? ? b      a ? ? b
-///   marked            ^ ^        ^ ^ ^              ^
-///   sent after      a b          a b          a b
-///   marked          ^            ^              ^
+///   before the call    a ? ? b      a ? ? b      a ? ? b
+///                        ^ ^        ^ ^ ^              ^
+///   after the call     a b          a b          a b
+///                      ^            ^              ^
 void AnswerOrder::ForgetStrangers() {
   std::vector<SentRequest> ours;  // the latest request is the first
   std::uint64_t answered = 0;
@@ -100,9 +100,9 @@ void AnswerOrder::ForgetStrangers() {
   answered_ = answered;
 }
 
-/// Returns, as bits, which requests the reply may answer. Request n is the one sent n requests
-/// before the latest; those from `nearest` to `end` - 1 are checked. Any reply may answer a request
-/// of a stranger, but only while its reply may still come.
+/// Returns which requests the reply may answer: bit n stands for the request that was sent n
+/// requests before the latest one. Checks n from `nearest` to `end` - 1. Any reply may answer a
+/// request of another master, but only while the reply to this request may still come.
 std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
                                    const MayAnswer& may_answer) const {
   std::uint64_t fitting = 0;
@@ -121,8 +121,8 @@ bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
   return fitting != 0;
 }
 
-/// Marks all earlier requests as possibly answered last. Requests of strangers whose replies must
-/// have come by now are no longer counted.
+/// Marks all earlier requests as possibly answered last. Requests of other masters to which no
+/// reply can come any more are removed.
 void AnswerOrder::OnLost() {
   for (std::size_t lag = Owed(); lag <= kMostOwed; ++lag) {
     SentRequest& sent = sent_[(count_ - lag) % sent_.size()];
@@ -212,7 +212,8 @@ bool LostReplies::OnReply(const Member& slave, const Bytes& request, Older older
     lost.clear();
     return true;
   }
-  // A reply that seemed lost has come, so the reply to the present request may come later.
+  // The reply to an earlier request has come late, so the reply to the present request may also
+  // come late.
   lost.erase(lost.begin());
   lost.push_back(request);
   return !older.other;
@@ -274,11 +275,11 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   if (!entry.answered_probe || now - entry.proven_at > holds) return true;
   if (IsUnprovable(member)) return false;
   const bool odd = std::ranges::find(entry.odd, asked.question()) != entry.odd.end();
-  if (odd && !asked.proved && entry.proofless == 0) return true;  // row 14
+  if (odd && !asked.proved && entry.proofless == 0) return true;  // row 14 of the table at the top
   if (IsSafe(asked)) return false;
-  // Each retry gets the next reply, so at most four retries reach the right reply, if the lag has
-  // not grown. If more replies may come, a probe is better: after 22 unanswered requests there may
-  // be 22.
+  // Each retry gets the next pending reply. So retries reach the right reply if no more replies are
+  // pending than at the latest proof (`lag`), and at most four. Otherwise a probe is better: after
+  // 22 unanswered requests 22 replies may come.
   return orders_.Owed(asked) > std::min(entry.lag, kMostTriesMore);
 }
 
@@ -299,9 +300,9 @@ void WhoseReply::OnSent(const Asked& asked, Instant now) {
   orders_.OnSent(*asked.member, sent);
 }
 
-/// True if the reply may answer this request. The conversation has accepted its form. The reply to
-/// a request for the name must also equal the stored reply, or be a refusal although the device has
-/// a name.
+/// True if the reply may answer `asked`. A reply to the request for the name must equal the stored
+/// reply, or be a refusal although the device has a name. `outcome`: how the conversation has
+/// judged the form of the reply.
 bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
   if (!ProvesLife(outcome)) return false;
   const Identity& identity = entries_[*asked.member].identity;
@@ -325,9 +326,9 @@ bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome)
   return device == nullptr || ProvesLife(device->conversation->Check(sent.bytes, frame));
 }
 
-/// True if the request `sent` may have got a reply like this one, because the device has not
-/// answered `sent` since the port opened, so its form is unknown (row 15). Only the last
-/// kMostOfStrangers requests count, and no request that the device does not support.
+/// True if the reply may answer `sent`, whose replies have an unknown form, because the device has
+/// not answered `sent` since the port opened (row 15). False if kMostOfStrangers requests were sent
+/// after `sent`, or the device does not support `sent`.
 bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Member& sender,
                            View frame) const {
   const auto& everyone = roster_.everyone();
@@ -354,8 +355,8 @@ bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
       entry.identity.OnSame();
     } else if (!orders_.Of(*asked.member).MayBeEarlier(may_answer) &&
                entry.identity.OnOther(frame)) {
-      // If the first name came only once, and before any reading, the first name may have been
-      // damaged.
+      // If the first name came only once, and before any reading, it may have been a damaged reply.
+      // So no device was replaced.
       const bool was_there = entry.identity.certain() || entry.read;
       entry.identity.Learn(asked.question(), frame, outcome);
       return was_there;
@@ -366,19 +367,19 @@ bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
   return true;
 }
 
-/// Updates which requests may have been answered last, for the device and for the line (rows 3 to
-/// 8, 12 and 13).
+/// Takes the reply into account in the orders of the device and of the line (rows 3 to 8, 12 and
+/// 13).
 void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
                        const AnswerOrder::MayAnswer& may_answer) {
-  // Without a proof, replies to strangers cannot be distinguished from replies to this gateway, so
-  // they are not expected any longer.
+  // Without a proof, replies to other masters cannot be distinguished from replies to this gateway,
+  // so they are not expected any longer.
   const bool nameless = asked.probe && ProvesLife(outcome) && !asked.request->is_proof();
   if (nameless) orders_.Of(*asked.member).ForgetStrangers();
   orders_.OnAnswer(*asked.member, fits, may_answer);
 }
 
 /// Stores the name from the first reply that can only answer a request for the name. Ends the wait
-/// for replies to strangers (row 11).
+/// for replies to other masters (row 11).
 void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   const protocols::Request& request = *asked.request;
   Entry& entry = entries_[*asked.member];
@@ -387,10 +388,10 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   if (names && !entry.identity.known() && order.IsAnswerTo(asked.question())) {
     entry.identity.Learn(asked.question(), frame, outcome);
   }
-  // When the port opens, up to three replies to strangers may still come. The probe was sent four
-  // times, so the fourth reply answers one of the probes. If the probe asks for the name, no other
-  // reply can come now. If it is a read of an unusual length, a rare poll may have the same form,
-  // so the replies to the other three probes are still expected.
+  // When the port opens, up to three replies to other masters may still come. The probe was sent
+  // four times, so the fourth reply answers one of the probes. If the probe asks for the name, no
+  // other reply can come now. If the probe is a read of an unusual length, a rare poll may have the
+  // same form, so the replies to the other three probes are still expected.
   if (entry.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
     if (!request.unlike_polls || asked.member->device->conversation->Queries().empty()) {
       order.Reset();
@@ -399,8 +400,8 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   }
 }
 
-/// Stores whether the reply had an unexpected form. The next such request is sent after a proof,
-/// which shows whether the device uses this form or an earlier reply came twice.
+/// Stores whether the reply had an unexpected form. If it had, a proof goes before the next such
+/// request. The proof shows whether the device uses this form, or an earlier reply came twice.
 void WhoseReply::NoteForm(const Asked& asked, bool fits) {
   std::vector<Bytes>& odd = entries_[*asked.member].odd;
   const Bytes question = asked.question();
@@ -411,7 +412,8 @@ void WhoseReply::NoteForm(const Asked& asked, bool fits) {
   odd.push_back(question);
 }
 
-/// The device has answered in the expected form, or has refused: it supports this request.
+/// Call when the device has answered in the expected form, or has refused: it supports this
+/// request.
 void WhoseReply::NoteKnownForm(const Asked& asked, Outcome outcome) {
   Entry& entry = entries_[*asked.member];
   const bool identifies = entry.identity.IsAskedBy(asked.question());
@@ -429,8 +431,8 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
     return MayAnswer(sent, frame, outcome);
   };
   const auto may_answer = [&](const SentRequest& sent, std::size_t before) {
-    // The reply to a write repeats or acknowledges the write, so no reading of unknown form looks
-    // alike.
+    // The reply to a write repeats or acknowledges the write, so it cannot be mistaken for a
+    // reading of unknown form.
     return has_form(sent, before) ||
            (!asked.writes && MayLookSo(sent, before, *asked.member, frame));
   };
@@ -450,8 +452,8 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
   if (verdict.odd) {
     orders_.OnOddForm(*asked.member);
   } else {
-    // If no proof can restore the order, and no reply to another master can come, a reply of
-    // unknown form counts as the reply to this request.
+    // If the device has answered no proof since the port opened, and no reply to another master can
+    // come, a reply of unknown form counts as the reply to this request.
     const SentRequest latest{asked.member->place, asked.question(), {}, proof};
     const bool odd =
         !entry.proves && !entry.strangers && MayLookSo(latest, 0, *asked.member, frame);
@@ -463,12 +465,13 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
   verdict.proven = orders_.IsAnswerTo(asked);
   const int owed = orders_.Owed(asked);
   if (verdict.proven) entry.lag = proof ? owed : std::min(entry.lag, owed);
-  // The other three probes are still unanswered, which is not a lag of the device.
+  // The replies to the other three probes are missing (see Learn), which is no lag of the device.
   if (strangers && !entry.strangers) entry.lag = 0;
   if (verdict.replaced) entry.known_forms.clear();
   if (verdict.proven && fits) NoteKnownForm(asked, outcome);
   if (!asked.probe && fits && orders_.Of(*asked.member).IsInStep()) entry.read = true;
-  // A device with a name must be identified by the name, so this probe proves nothing.
+  // The probe did not ask for the name. Only its name identifies a device that has one, so the
+  // reply to this probe proves nothing.
   if (asked.probe && !proof && entry.identity.known()) verdict.proven = false;
   verdict.older = orders_.Older(asked);
   return verdict;

@@ -1,14 +1,18 @@
-// `WhoseReply` decides to which request a reply belongs. Replies of most protocols carry no number,
-// so a late reply can be mistaken for the reply to a later request. A reply is *owed* as long as it
-// may still come; a reading is good only if it cannot come from an owed reply. A device owes
-// replies, and so does a serial server, which may delay all replies of the line. After silence,
-// damage, a second reply or a closed port the device must first answer a *proof*: a probe whose
-// reply differs from all other replies (`is_proof` in protocols/conversation.h). The table in
-// whose_reply.cpp has the cases; docs/timeouts.md describes the rules. Job
-// (gateway/bus/jobs/job.cpp) reports every request and every reply of the line.
-// `AnswerOrder`, `ReplyOrders` and `LostReplies` store the requests, `Identity` the name of a
-// device, `LatestReadings` the latest readings. `OwedReplies` joins these classes with
-// `LateReplies`.
+// `WhoseReply` decides which request a reply answers. Replies of most protocols carry no number, so
+// a late reply can be mistaken for the reply to a later request. A reply is *owed* as long as it
+// may still come; a reading is good only if it cannot come from a pending reply to another request.
+// Replies can be late in a device, and in a serial server, which may delay all replies of the line.
+// After silence, damage, a second reply or a closed port the device must first answer a *proof*: a
+// probe whose reply differs from all other replies (Request::is_proof in protocols/conversation.h).
+// gateway/bus/replies/whose_reply.cpp has the table of the cases, docs/timeouts.md the rules.
+// gateway/bus/jobs/job.cpp reports every request and every reply of the line. The other classes:
+//
+//   AnswerOrder      the latest requests, and which of them may have been answered last
+//   ReplyOrders      an AnswerOrder for each device, and one for the line
+//   LostReplies      unanswered requests to slaves without configuration
+//   Identity         the name of a device
+//   LatestReadings   the readings that a second reply makes uncertain
+//   OwedReplies      all of these classes, and `LateReplies`
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,11 +48,11 @@ namespace baudgate::bus {
 // There is an order for each device, whose replies may lag, and one for the line, because a serial
 // server in front of the line can delay all replies. `WhoseReply` uses both.
 struct SentRequest {
-  std::size_t place = kNobody;  ///< place in the roster of the asked member, or a constant below
+  std::size_t place = kNobody;  ///< place of the asked member in the roster; or kNobody, kStranger
   Bytes bytes;                  ///< the request without its sequence number (Asked::question)
   Instant at{};
   bool proof = false;  ///< the reply to this request differs from the replies to all polls
-  Bytes context{};     ///< earlier bytes of the task that decide what the reply means
+  Bytes context{};     ///< see protocols::Request::context
 
   static constexpr std::size_t kNobody = ~std::size_t{0};
   /// A request of another master, with unknown content.
@@ -57,17 +61,16 @@ struct SentRequest {
 
 class AnswerOrder {
  public:
-  /// Greatest number of owed replies (that may still come). Older replies are given up.
+  /// Greatest number of replies that may still come. If there are more, the oldest are given up.
   static constexpr std::size_t kMostOwed = 63;
   /// Greatest number of replies that may still come to requests of another master (a "stranger").
   static constexpr std::size_t kMostOfStrangers = 3;
 
   void OnSent(const SentRequest& request);
-  /// Another master may have used the port, so up to kMostOfStrangers replies to its requests may
-  /// still come, and any reply may be one of them. Does nothing if such replies are expected
-  /// already.
+  /// Call when another master may have used the port: up to kMostOfStrangers replies to its
+  /// requests may still come, and any reply may be one of them. Does nothing if these replies are
+  /// expected already.
   void OnStranger(Instant now);
-  /// Removes the requests of other masters from the order.
   void ForgetStrangers();
   /// Returns true if the reply that came may answer `request`. `before`: how many requests before
   /// the latest one it was sent.
@@ -75,21 +78,21 @@ class AnswerOrder {
   /// Takes a reply into account. `fits`: the reply may answer the latest request. Returns false,
   /// and changes nothing, if the reply answers no request that is still without a reply.
   bool OnAnswer(bool fits, const MayAnswer& may_answer);
-  /// True if a proof was answered and only the latest request (perhaps several times) was sent
-  /// since. Then only the reply to the proof can come again.
+  /// True if a proof was answered directly before the latest request, which may have been repeated.
+  /// Then no other wrong reply can come than a copy of the reply to the proof.
   bool IsBehindProof() const;
-  /// The reply answers no request, although IsBehindProof(): the device answers the latest request
-  /// in an unexpected form, or another device has answered. Counts it as the reply to the latest
-  /// request.
+  /// Call if IsBehindProof() and the reply answers no request: the device answers the latest
+  /// request in an unexpected form, or another device has answered. The reply counts as the reply
+  /// to the latest request.
   void OnOddForm() { answered_ |= 1; }
-  /// The reply answers no request that is still without a reply, so the order is lost: any earlier
-  /// request may have been answered last, until a later reply fits only few of them.
+  /// Call when a reply answers no request that is still without a reply. The order is lost: any
+  /// earlier request may have been answered last, until a later reply fits only few of them.
   void OnLost();
   /// True if the reply may answer any stored earlier request, whether its reply has come or not.
   bool MayBeEarlier(const MayAnswer& may_answer) const;
-  /// A reply has come twice, so one reply more may still come.
+  /// Call when a reply has come twice: one reply more may still come.
   void OnCopy();
-  /// No reply can come any more: the latest request counts as answered.
+  /// Call when no reply can come any more. The latest request counts as answered.
   void Reset() { answered_ = 1; }
   /// Calls Reset() if the latest request was sent before `time`, so that no reply is expected.
   void ForgetBefore(Instant time) {
@@ -99,7 +102,6 @@ class AnswerOrder {
   /// Returns how many of the latest requests may still be answered.
   std::size_t Owed() const { return static_cast<std::size_t>(std::bit_width(answered_)) - 1; }
   bool Owes(const std::function<bool(const SentRequest&)>& is_one) const;
-  /// True if `is_one` returns true for any stored request.
   bool Remembers(const MayAnswer& is_one) const;
   /// True if no reply can come any more: the latest request was answered last.
   bool IsInStep() const { return answered_ == 1; }
@@ -107,8 +109,9 @@ class AnswerOrder {
   /// True if all replies that may still come are replies to proofs. They would be recognised,
   /// whichever request is sent next.
   bool IsSafe() const;
-  /// True if the latest reply certainly answers `request`, the bytes of the latest request: all
-  /// requests that the reply may answer have these bytes and the context of the latest request.
+  /// True if the latest reply certainly answers a request with these bytes. `request`: the bytes of
+  /// the latest request. All requests that the reply may answer must have these bytes, and the
+  /// context of the latest request.
   bool IsAnswerTo(const Bytes& request) const;
   /// True if the latest reply answers the latest request, or an equal request sent directly before
   /// it.
@@ -122,7 +125,6 @@ class AnswerOrder {
   const SentRequest& SentBefore(std::size_t requests) const {
     return sent_[(count_ - requests) % sent_.size()];
   }
-  /// True if the request sent `lag` requests before the latest one equals the latest one.
   bool IsSame(std::size_t lag) const {
     const SentRequest& latest = SentBefore(0);
     return SentBefore(lag).bytes == latest.bytes && SentBefore(lag).context == latest.context;
@@ -142,7 +144,7 @@ class ReplyOrders {
  public:
   explicit ReplyOrders(const Roster& roster) : roster_(roster) {}
 
-  /// Stores the address in the replies of the member, which is known when it is first asked.
+  /// Stores `sender`, the address in the replies of the member, when the member is first asked.
   /// Members with equal addresses are one device on the wire, and share one order.
   void Recognise(Member& member, const Bytes& sender) {
     if (!member.sender.empty() || sender.empty()) return;
@@ -168,8 +170,8 @@ class ReplyOrders {
     if (!known) line_.OnLost();
     if (!own && !known) Of(member).OnLost();
   }
-  /// The reply does not answer `asked`. Returns true if it answers a request to another device,
-  /// which is certain only if replies carry addresses. The replies that `asked.member` owes do not
+  /// Call when the reply does not answer `asked`. Returns true if it answers a request to another
+  /// device, which is certain only if replies carry addresses. The order of `asked.member` does not
   /// change.
   bool OnReplyOfAnother(const Asked& asked, const AnswerOrder::MayAnswer& may_answer) {
     const auto& everyone = roster_.everyone();
@@ -196,7 +198,8 @@ class ReplyOrders {
     Of(member).ForgetBefore(time);
     line_.ForgetBefore(time);
   }
-  /// Call when neither the member nor the server owes a reply (none can come any more).
+  /// Call when no pending reply can come any more, neither from the member nor from a serial server
+  /// in front of the line.
   void Reset(const Member& member) {
     Of(member).Reset();
     line_.Reset();
@@ -205,8 +208,8 @@ class ReplyOrders {
   bool MayBeInStep(const Asked& asked) const {
     return Of(*asked.member).MayBeInStep() && (asked.names_itself() || line_.MayBeInStep());
   }
-  /// True if the latest reply answers `asked` or an earlier try of it, and no request of an earlier
-  /// task.
+  /// True if the latest reply answers `asked` or an earlier try of `asked`, not a request of an
+  /// earlier task.
   bool IsOfLatest(const Asked& asked) const {
     return Of(*asked.member).IsOfLatest() && (asked.names_itself() || line_.IsOfLatest());
   }
@@ -219,7 +222,7 @@ class ReplyOrders {
   bool IsSafe(const Asked& asked) const {
     return Of(*asked.member).IsSafe() && (asked.names_itself() || line_.IsSafe());
   }
-  /// Returns how many replies may still come. After OnSent the reply to `asked` is included.
+  /// Returns how many replies may still come. After OnSent the reply to `asked` is one of them.
   int Owed(const Asked& asked) const {
     const std::size_t own = Of(*asked.member).Owed();
     return static_cast<int>(asked.names_itself() ? own : std::max(own, line_.Owed()));
@@ -242,7 +245,7 @@ class ReplyOrders {
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
   struct Entry {
     AnswerOrder order;
-    // Place of the first member with the same address, whose order is used for both.
+    // Place of the first member with the same address; the order of that member is used for all.
     std::size_t first = kSelf;
   };
 
@@ -253,12 +256,13 @@ class ReplyOrders {
 
   const Roster& roster_;
   ByMember<Entry> devices_;
-  AnswerOrder line_;  // order of all requests of the line
+  AnswerOrder line_;
 };
 
-// `LostReplies` stores requests that got no reply, for slaves that only routes reach. There is no
-// AnswerOrder for these slaves, so a late reply could be mistaken for the reply to the next
-// request. See docs/timeouts.md, "Requests of transparent routes".
+// `LostReplies` stores requests that got no reply from slaves without configuration, which only
+// clients of transparent routes ask. There is no AnswerOrder for these slaves, so a late reply
+// could be mistaken for the reply to the next request. See docs/timeouts.md, "Requests of
+// transparent routes".
 class LostReplies {
  public:
   /// The requests without a reply that a reply may answer in place of the present request.
@@ -267,7 +271,7 @@ class LostReplies {
     bool same = false;   ///< a request with the same bytes as the present one
   };
 
-  /// `request` got no reply, or a damaged one.
+  /// Call when `request` got no reply, or a damaged one.
   void OnLost(const Member& slave, const Bytes& request, Instant now);
   /// True if a late reply to a stored request can come in place of the reply to a request that was
   /// sent at `began`.
@@ -276,18 +280,18 @@ class LostReplies {
   /// answer the given request.
   using MayFit = std::function<bool(const Bytes& request)>;
   Older MayBe(const Member& slave, const Bytes& request, Instant began, const MayFit& fits) const;
-  /// The `count`-th reply in a row to the same request has come. Returns true if it certainly
-  /// belongs to this request. Example: two replies were lost, so the third reply to one request is
-  /// its own.
+  /// Call when a reply to `request` has come, the `count`-th reply in a row. Returns true if it
+  /// certainly answers `request`. Example: two requests got no reply, so the third reply to
+  /// repetitions of one request answers this request.
   bool OnReply(const Member& slave, const Bytes& request, Older older, std::size_t count);
 
  private:
   struct Entry {
-    std::optional<Instant> lost_at;  // when the latest request without a reply ended
+    std::optional<Instant> lost_at;  // when the latest exchange without a reply ended
     std::vector<Bytes> requests;
   };
-  /// No slave is expected to take longer for a reply, even if its ceiling is longer. Needed by
-  /// PollerRoutedFaults.ALateReplyOfAnotherLengthIsNotAcceptedAsAnOddReply.
+  /// No slave is expected to take longer for a reply, even if LineTimes::ceiling is longer. Needed
+  /// by PollerRoutedFaults.ALateReplyOfAnotherLengthIsNotAcceptedAsAnOddReply.
   static constexpr Duration kLatest = 5s;
   static constexpr std::size_t kMost = 8;
 
@@ -301,56 +305,54 @@ class Identity {
   bool known() const { return !reply_.empty(); }
   /// True if the stored reply contains a name; false if the device refuses to give its name.
   bool names() const { return known() && names_; }
-  /// True if `request` is the request that asks the device for its name.
   bool IsAskedBy(const Bytes& request) const { return known() && request == request_; }
   /// True if `reply` equals the stored reply with the name.
   bool Is(View reply) const;
 
   /// Stores the request for the name and its reply. The reply must certainly answer this request.
   void Learn(const Bytes& request, View reply, Outcome outcome);
-  /// The request for the name was answered with the stored reply.
+  /// Call when the request for the name was answered with the stored reply.
   void OnSame() {
     other_.clear();
     certain_ = true;
   }
   /// True if the stored reply has come more than once.
   bool certain() const { return certain_; }
-  /// The request for the name was answered with another reply than the stored one. Returns true if
-  /// the same other reply came the last time too. A single other reply may be damage, because not
-  /// all replies have a checksum.
+  /// Call when the request for the name got another reply than the stored one. Returns true if the
+  /// previous call got the same reply. A single deviating reply may be damage, because not all
+  /// replies have a checksum.
   bool OnOther(View reply);
 
  private:
   Bytes request_;
   Bytes reply_;
-  Bytes other_;  // the last reply that differed from reply_
+  Bytes other_;
   bool names_ = false;
   bool certain_ = false;
 };
 
 class WhoseReply {
  public:
-  /// `orders`: the requests that may still be answered. Both references must stay valid for the
-  /// lifetime of this object.
+  /// `roster` and `orders` must stay valid for the lifetime of this object.
   WhoseReply(const Roster& roster, ReplyOrders& orders) : roster_(roster), orders_(orders) {}
 
-  /// Stores the address in the replies of the member: see ReplyOrders.
   void Recognise(Member& member, const Bytes& sender) { orders_.Recognise(member, sender); }
   bool MayBeInStep(const Asked& asked) const { return orders_.MayBeInStep(asked); }
   bool IsOfLatest(const Asked& asked) const { return orders_.IsOfLatest(asked); }
-  /// Call when the reply to `asked` answered another request. Returns how many replies may come
-  /// before the right one. `of_sender`: the reply came from the asked device.
+  /// Call when the reply to `asked` answered another request. Returns how many further replies to
+  /// other requests may come before the reply to `asked`. `of_sender`: the reply came from the
+  /// asked device.
   int RepliesBefore(const Asked& asked, bool of_sender) const {
     const bool nearer = of_sender || !asked.names_itself() || orders_.OthersOwe(asked);
     return nearer ? orders_.Owed(asked) : 0;
   }
-  /// True if it is useless to wait for a further reply of the member: no reply can come, or its
-  /// replies always come some requests late.
+  /// True if it is useless to wait for a further reply of the member: none can come, or the replies
+  /// always come some requests late.
   bool IsSettled(const Member& member) const {
     return Lags(member) || orders_.Of(member).IsInStep();
   }
   /// Call before the first request of a task. Returns true if the device has to be probed first: a
-  /// reply to an earlier request could be mistaken for the reply to this one, or it is not certain
+  /// reply to an earlier request could be mistaken for the reply to `asked`, or it is not certain
   /// which device answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
   /// True if the device has no points to read and has never answered a proof. Example: a relay card
@@ -365,27 +367,25 @@ class WhoseReply {
   Instant ProofRenews(const Member& member) const {
     return entries_[member].proven_at + kProofRenews;
   }
-  /// True if a reply of an unexpected form is accepted: no other reply can come, and the device has
-  /// answered a poll before.
+  /// True if a reply of an unexpected form is accepted: only the reply to `asked` can come, and the
+  /// device has answered a poll in the expected form before.
   bool MayBeOdd(const Asked& asked) const {
     return entries_[*asked.member].read && orders_.Owed(asked) == 1;
   }
   /// True if the replies of the member come some requests late, as its latest proof has shown.
   bool Lags(const Member& member) const { return entries_[member].lag > 0; }
-  /// True if no other reply than the reply to this request of a client can come. For a slave that
-  /// only routes reach: all its latest requests were answered.
+  /// True if only the reply to this request of a client can come. For a slave without
+  /// configuration: each of its requests of the last 5 s was answered (LostReplies).
   bool IsOwedAlone(const Asked& asked) const;
-  /// For a slave that only routes reach: returns which requests without a reply this reply could
-  /// answer. See LostReplies.
+  /// For a slave without configuration: returns which unanswered requests this reply could answer.
   LostReplies::Older MayBeLost(const Asked& asked, const LostReplies::MayFit& fits) const {
     return lost_.MayBe(*asked.member, asked.request->bytes, asked.sent, fits);
   }
-  /// A reply of a slave that only routes reach has come. Returns false if it may belong to an
+  /// Call when a slave without configuration has answered. Returns false if the reply may answer an
   /// earlier request.
   bool OnRoutedReply(const Asked& asked, LostReplies::Older older, std::size_t count) {
     return lost_.OnReply(*asked.member, asked.request->bytes, older, count);
   }
-  /// True if the device has reported a name, so that a replacement by another device is noticed.
   bool HasName(const Member& member) const { return entries_[member].identity.names(); }
 
   void OnSent(const Asked& asked, Instant now);
@@ -394,33 +394,34 @@ class WhoseReply {
     bool elsewhere = false;  ///< the reply belongs to another request
     /// The reply belongs to this request, or to an earlier request with the same bytes.
     bool proven = true;
-    Duration older{};       ///< greatest age of the reply: time from the oldest request that it may
-                            ///< answer to this request
+    /// Greatest age of the reply: the time from the oldest request that it may answer to this
+    /// request.
+    Duration older{};
     bool replaced = false;  ///< another device answers in place of the member
     /// The reply does not fit, and no other reply could come, so an earlier reply must have come
     /// twice.
     bool shifted = false;
-    bool odd = false;  ///< the reply does not fit, and is not a copy of an earlier reply
+    bool odd = false;  ///< the reply has an unexpected form, and is no copy of an earlier reply
   };
-  /// Decides to which request a reply of the asked member belongs. `outcome`: what the conversation
-  /// or the carrier has returned for the form of the reply.
+  /// Decides which request a reply of the asked member answers. `outcome`: how the conversation or
+  /// the carrier of the protocol has judged the form of the reply.
   Verdict OnReply(const Asked& asked, View reply, Outcome outcome);
   /// Call at the end of each exchange. `silent`: a reply was expected, and the port was open.
   void NoteOutcome(const Asked& asked, Outcome outcome, bool silent, Instant now);
-  /// Call when the port has opened. Replies to requests of another master may still come: of this
-  /// program before its restart, or of a program to which the port was lent.
+  /// Call when the port has opened. Replies may still come to another master: this program before
+  /// its restart, or a program that had borrowed the port.
   void OnOpened(const Member& member, Instant now);
-  /// Call when another device may be connected.
+  /// Call when another device may have been connected in place of the member.
   void OnReconnect(const Member& member);
 
-  /// Call if a proof is needed, but the device cannot be probed. A read is sent without a proof,
-  /// and is sent again until its reply must be its own. A write cannot be sent again. So for a
-  /// device without reads, replies to other masters no longer count as owed, and replies to own
-  /// requests only for some time after the latest request (kOwedFor). Meanwhile a reply that may
+  /// Call if a proof is needed, but the device cannot be probed. A read needs no proof, because it
+  /// is repeated until its reply must be its own. A write cannot be repeated. So for a device
+  /// without reads, replies to other masters are no longer expected, and replies to own requests
+  /// only for some time after the latest request (kOwedFor). During this time, a reply that may
   /// answer an earlier request confirms no write.
   void OnNoProof(const Device& device, Instant now);
 
-  /// A second, different reply came: one of the two replies belongs to another request.
+  /// Call when a second, different reply came: one of the two replies belongs to another request.
   void OnSecondReply(const Member& member);
 
  private:
@@ -431,30 +432,30 @@ class WhoseReply {
     bool read = false;  // since OnReconnect, a poll was answered in order and in the expected form
     int lag = 0;        // number of replies that could still come when a proof was last answered
     Instant proven_at{};  // when a probe was answered last
-    int proofless = 0;    // answered probes in a row that were not proofs
+    int proofless = 0;    // answered probes in a row that were no proofs
     Bytes proof_reply;
     std::vector<Bytes> odd;  // requests whose latest replies had an unexpected form
     // Requests that were answered in the expected form, since OnOpened.
     std::set<Bytes> known_forms;
     bool proves = false;  // one of known_forms is a proof
-    // Requests that were not answered since OnReconnect; for each, how many tasks got no answer.
+    // Reads without an answer since OnReconnect, each with the number of tasks that it has failed.
     std::map<Bytes, int> silences;
   };
-  /// Greater than the number of probes after which a request for the name is given up if it is
-  /// never answered (protocols/common/identification.h).
+  /// After this many answered probes in a row that were no proofs, the device counts as unprovable.
+  /// The number is greater than the number of probes after which an unanswered request for the name
+  /// is given up (protocols/common/identification.h).
   static constexpr int kProbesWithoutProof = 8;
   /// How long a proof is valid. Only a new probe reveals that a device was replaced, or that its
   /// replies come one request early because a reply came twice.
   static constexpr Duration kProofHolds = 1min;
   static constexpr Duration kProofRenews = 45s;
-  /// Greatest numbers of stored requests of each device.
   static constexpr std::size_t kMostOdd = 16;
   static constexpr std::size_t kMostKnownForms = 256;
   /// After this many tasks without an answer to the same request, the device counts as not
   /// supporting the request, so no reply to it is expected.
   static constexpr int kUnknown = 3;
-  /// How long a reply of a device without reads may still come, because no proof can show that it
-  /// does not. If twice the ceiling of the device is longer, that time is used.
+  /// How long after the latest request a reply of a device without reads may still come. If twice
+  /// LineTimes::ceiling is longer, that time is used.
   static constexpr Duration kOwedFor = 10s;
 
   /// True if the device answers probes, but none of them is a proof. After a disturbance it cannot
@@ -462,7 +463,8 @@ class WhoseReply {
   bool IsUnprovable(const Member& member) const {
     return entries_[member].proofless >= kProbesWithoutProof;
   }
-  /// True if another reply in place of the expected one would be noticed.
+  /// True if a wrong reply to `asked` would be noticed: `asked` is a proof, or only replies to
+  /// proofs may still come.
   bool IsSafe(const Asked& asked) const;
   bool Fits(const Asked& asked, View frame, Outcome outcome) const;
   bool MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const;
@@ -496,7 +498,7 @@ class LatestReadings {
   void OnStored(Points read) {
     if (std::ranges::find(read_, read) == read_.end()) read_.push_back(std::move(read));
   }
-  /// The line was silent for so long that no reply to an earlier request can come.
+  /// Call when the line was silent for so long that no reply to an earlier request can come.
   void OnRested() { read_.clear(); }
   std::vector<Points> TakeAll() { return std::exchange(read_, {}); }
 

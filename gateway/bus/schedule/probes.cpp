@@ -10,10 +10,11 @@ namespace baudgate::bus {
 
 namespace {
 
-/// A device that was not probed for this long is probed without a preceding silence (kRest).
+/// If the last probe of a device is older than this, its next probe does not wait until the line
+/// happens to be silent for kRest: the line keeps this silence before the probe.
 constexpr Duration kLongestWait = 2s;
 
-/// Returns the time in which `share` of the time is as long as `time`. Example: 1 s at 0.02: 50 s.
+/// Returns the period of which `time` is the part `share`. Example: 1 s is 0.02 of 50 s.
 Duration TimeToEarn(Duration time, double share) {
   return Duration(static_cast<std::int64_t>(static_cast<double>(time.count()) / share));
 }
@@ -82,8 +83,8 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
   const bool rest = !first && member.device != nullptr && !member.protocol->tcp &&
                     entries_[member].hasty_looks >= kHastyLooks;
   if (rest) {
-    // Even if no poll is due, writes and background reads may leave no silence of this length.
-    // After kLongestWait the probe is sent nevertheless, and the line waits for the silence.
+    // Even if no poll is due, writes and background reads may leave no silence of kRest. So after
+    // kLongestWait the line keeps the silence itself (rested_look).
     const Entry& entry = entries_[member];
     const bool long_ago = entry.probed_at && facts.now - *entry.probed_at >= kLongestWait;
     const auto rested = next(std::max(facts.now, facts.idle_since + kRest), worst);
@@ -93,7 +94,8 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
   }
   if (const auto when = next(facts.now, worst)) return Look{*when, kind};
   // A client waits for this member, and may have given up by the end of the next exchange. So the
-  // probe may delay other devices as soon as the share allows.
+  // probe does not wait for an exchange: it may delay other devices as soon as the share of
+  // `budget` allows.
   if (facts.client_waits(member)) return Look{std::max(facts.now, budget.earned_at()), kind};
   return std::nullopt;
 }
@@ -101,7 +103,8 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
 std::optional<Instant> Probes::NextAt(const Facts& facts) const {
   const Member* next = Next(facts);
   if (next == nullptr) {
-    // Every offline member has to wait. Returns when the first of them can be probed.
+    // Every offline member has to wait. The earliest time at which one of them can be probed
+    // counts.
     std::optional<Instant> soonest;
     for (const Member* member : roster_.everyone()) {
       if (!member->health.absent() || !facts.is_looked_for(*member)) continue;
@@ -111,7 +114,7 @@ std::optional<Instant> Probes::NextAt(const Facts& facts) const {
     return soonest;
   }
   if (const auto look = LookAt(*next, facts)) return look->at;
-  // At this time, without requests of clients, the line counts as free, so a probe may fit.
+  // From this time on no requests of clients are expected, so a probe may fit into idle time.
   return facts.clients_gone && *facts.clients_gone > facts.now ? facts.clients_gone : std::nullopt;
 }
 

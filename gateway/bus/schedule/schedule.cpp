@@ -36,9 +36,10 @@ void Schedule::GoOn(std::size_t index, Instant now) {
     const Round& before = device.before[i];
     if (round.queries.empty()) continue;
     if (before.queries.empty()) {
-      // These queries were in another group and have been asked there, so they are not due now.
+      // The queries of this round were in another group before. They have been asked there, so they
+      // are not due now.
       if (!round.due || *round.due < now) round.due = now + round.period;
-    } else if (before.turn == turn_) {  // the latest request was one of its queries
+    } else if (before.turn == turn_) {  // the latest request was a query of this round
       round.cursor = std::min(before.cursor - (before.cursor > 0 ? 1 : 0), round.queries.size());
     } else if (before.active()) {
       round.cursor = std::min(before.cursor, round.queries.size());
@@ -211,8 +212,8 @@ void Background::NoteEnd(std::size_t device, Duration took, bool proved) {
   if (!proved) ++item.known;
 }
 
-/// Returns how much time the next exchange needs, with a reserve: it may be longer than all
-/// exchanges so far, and a few exchanges show little.
+/// Returns how much time to reserve for the next exchange. A reserve is added, because the next
+/// exchange may be longer than all exchanges so far; `room` counts while few exchanges are known.
 Duration Background::Item::Room(bool with_proof) const {
   if (with_proof)
     return longest_with_proof == Duration::zero() ? 2 * room : longest_with_proof * 3 / 2;
@@ -254,7 +255,7 @@ std::optional<Instant> Background::NextAt(Instant now) const {
 
 std::vector<Turns::Choice> Turns::Order(const Waiting& waiting) const {
   std::vector<Choice> order = {Choice::parked, Choice::probe};
-  // Requests of high priority are first, one for each client; then other kinds have a turn.
+  // Requests of high priority are first, one for each client; then jobs of other kinds.
   if (high_in_row_ < waiting.high_clients) order.push_back(Choice::routed_high);
   if (poll_next_ || !waiting.routed) order.push_back(Choice::poll);
   if (waiting.routed) {

@@ -1,7 +1,8 @@
 // The schedule of a line. `Schedule` decides which query of which device is polled next,
 // `Background` chooses reads of low priority, and `Turns` decides which kind of job is next.
-// README.md has the rules and a diagram. These classes have no I/O and no clock: the time is an
-// argument. Chooser asks them whenever the line is idle.
+// gateway/bus/schedule/README.md has the rules and a diagram. These classes have no I/O and no
+// clock: the time is an argument. Chooser (gateway/bus/jobs/chooser.h) asks them whenever the line
+// is idle.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,17 +20,17 @@
 namespace baudgate::bus {
 
 // `Round` contains the queries of one group of one device. When the group is due, a round asks each
-// query once. README.md has an example.
+// query once. gateway/bus/schedule/README.md has an example.
 struct Round {
   static constexpr Duration kSoonest = config::kAgainPeriod;
   std::vector<std::size_t> queries{};
   Duration period{};  ///< time from the start of a round to the next; zero: only one round
   std::optional<Instant> due{};  ///< when the next round starts; empty: there is no next round
   std::size_t cursor = 0;        ///< index of the next query; queries.size(): no round in progress
-  std::uint64_t turn = 0;        ///< number of the pick that took the last query of this round
+  std::uint64_t turn = 0;        ///< Schedule::turn_ when a query of this round was last picked
   bool due_early = false;        ///< `due` is earlier than the period requires
-  bool repeats_soon = false;     ///< RepeatSoon was called since the last round began
-  Duration soon = kSoonest;      ///< wait before the next round, for the next RepeatSoon
+  bool repeats_soon = false;     ///< Schedule::RepeatSoon was called since the last round began
+  Duration soon = kSoonest;      ///< wait before the next round, if RepeatSoon is called
 
   bool active() const { return cursor < queries.size(); }
   void Stop() { cursor = queries.size(); }
@@ -54,9 +55,10 @@ struct Round {
     due = period == 0s ? std::nullopt : std::optional(*due + (std::int64_t{passed} + 1) * period);
     return passed;
   }
-  /// Continues the round in progress `before`, after its queries have changed. Example: two of four
-  /// queries were asked; if one of these two no longer exists, one of three counts as asked. If
-  /// there are more queries than before, the new ones are not known, so the round starts again.
+  /// Continues the round `before`, which was in progress when its queries changed: as many queries
+  /// are left as before. Example: two of four queries were asked, and one of these two is removed,
+  /// so one of three counts as asked. If there are more queries than before, it is not known which
+  /// are new, so the round starts again.
   void GoOnAfter(const Round& before) {
     const std::size_t left = before.queries.size() - before.cursor;
     cursor = queries.size() - std::min(left, queries.size());
@@ -64,7 +66,7 @@ struct Round {
   }
 };
 
-/// Number in place of a query number: the device is asked for its events.
+/// In place of a query number: the device is asked for its events.
 inline constexpr std::size_t kEventsQuery = std::numeric_limits<std::size_t>::max();
 
 // `Schedule` decides which query of which device is polled next. A group that is due starts a
@@ -80,7 +82,7 @@ class Schedule {
   };
 
   /// Adds a device, without queries so far (see SetQueries). Devices are numbered from 0.
-  /// `intervals`: periods of the groups from config::Group::own on.
+  /// `intervals`: periods of the groups that the user defines (config::OwnGroup).
   std::size_t AddDevice(Duration fast_period, Duration slow_period,
                         Duration daily_period = std::chrono::hours(24),
                         const std::vector<Duration>& intervals = {});
@@ -90,12 +92,12 @@ class Schedule {
   /// asked for events as often as for the fast group.
   void SetQueries(std::size_t device, const std::vector<config::Group>& groups,
                   bool events = false);
-  /// Call after SetQueries. Rounds in progress continue at the query in place of their next query,
-  /// and other rounds keep their times. (With Restart, each of a hundred refused queries would
-  /// start all rounds again.)
+  /// Call after SetQueries. A round in progress goes on with the queries in the place of its next
+  /// query, and other rounds keep their times. (Restart would start all rounds again, after each of
+  /// a hundred refused queries.)
   void GoOn(std::size_t device, Instant now);
-  /// Makes all groups of the device due now, or at the end of its hold. Call when the port has
-  /// opened, or the device is back.
+  /// Makes all groups of the device due now, or when its Hold ends. Call when the port has opened,
+  /// or the device is back.
   void Restart(std::size_t device, Instant now);
   /// Call after SetQueries. Does the same as Restart, but a daily round in progress continues.
   void RestartAsPlanned(std::size_t device, Instant now);
@@ -105,14 +107,14 @@ class Schedule {
   /// Stops requests for events until ReleaseEvents, because the last events are not saved on disk
   /// yet.
   void HoldEvents(std::size_t device);
-  /// The last events are saved on disk, so the device is asked for events again; README.md
-  /// describes when. `events`: see SetQueries. `brought`: what was saved; something_else: a
-  /// background read.
+  /// Call when the latest events are saved on disk, so that the device is asked for events again.
+  /// gateway/bus/schedule/README.md describes when ("Events"). `events`: see SetQueries. `brought`:
+  /// what was saved; something_else: the data of a background read.
   enum class Brought : std::uint8_t { news, no_news, something_else };
   void ReleaseEvents(std::size_t device, bool events, Brought brought, Instant now);
 
   /// Makes the group due at `at`, unless it is due before, because a part of it was not read.
-  /// Further calls before the next round do nothing, so they cannot shorten a back-off.
+  /// Further calls before the next round do nothing, so they do not shorten a wait of RepeatSoon.
   void Repeat(std::size_t device, config::Group group, Instant at) {
     devices_[device].of(group).Repeat(at);
   }
@@ -121,8 +123,8 @@ class Schedule {
   /// same round do nothing.
   void RepeatSoon(std::size_t device, config::Group group, Instant now, Duration most);
   /// Makes all groups of the device due, because their values may have changed: now, or
-  /// kHastenAgain after the last time, so that a client that writes all the time does not fill the
-  /// line.
+  /// kHastenAgain after the previous call that took effect at once. So a client that writes all the
+  /// time does not fill the line.
   void Hasten(std::size_t device, Instant now);
   /// Sends no query of the device before `until`; its rounds wait.
   void Hold(std::size_t device, Instant until) {
@@ -135,13 +137,13 @@ class Schedule {
 
   void OnUsed(std::size_t device, Duration time) { devices_[device].used += time; }
   /// Stores whether the last exchange of the device failed, because other devices then go first.
-  /// Suspend clears this.
+  /// Suspend sets it to false.
   void SetFailing(std::size_t device, bool failing) { devices_[device].failing = failing; }
   bool failing(std::size_t device) const { return devices_[device].failing; }
   bool AnotherFails(std::size_t device) const;
 
-  /// A write to the device has failed, so one poll of each query goes before the next write. A
-  /// client that writes all the time would otherwise block the polls of the device.
+  /// Call when a write to the device has failed: one poll of each query goes before the next write.
+  /// Otherwise a client that writes all the time would block the polls of the device.
   void GoFirst(std::size_t device);
   /// True if polls of the device have to go before its next write, and a poll is due.
   bool GoesFirst(std::size_t device, Instant now) const {
@@ -154,8 +156,8 @@ class Schedule {
   bool HealthyDue(Instant now) const;
   /// Returns when Next will have a query; empty: no device is polled. The time can be in the past.
   std::optional<Instant> NextDue() const;
-  /// Returns how many periods of the device were skipped, including those that have passed since a
-  /// round was due.
+  /// Returns how many periods of the device were skipped. For a round that is due but has not
+  /// begun, the periods since then are included.
   std::uint32_t Missed(std::size_t device, Instant now) const;
 
  private:
@@ -163,7 +165,7 @@ class Schedule {
   // Devices whose line use differs less than this take turns, because a device that is asked twice
   // in a row may still be sending.
   static constexpr Duration kAlike = 200ms;
-  static constexpr std::size_t kLeastAtOnce = 4;  // number of requests for events
+  static constexpr std::size_t kLeastAtOnce = 4;  // smallest initial value of Device::at_once
   // Indices of rounds: each group has its number, then comes the round of events.
   static constexpr auto kDaily = static_cast<std::size_t>(config::Group::daily);
   static constexpr auto kEvents = static_cast<std::size_t>(config::Group::again) + 1;
@@ -180,12 +182,12 @@ class Schedule {
     Duration used{};
     Instant hasten_from{};     // Hasten does nothing before this time
     std::size_t go_first = 0;  // number of polls that go before the next write
-    std::size_t at_once = 0;   // how often the device can still be asked for events at once
-    Instant at_once_until{};   // at this time `at_once` gets its initial value
+    std::size_t at_once = 0;   // requests for events that may still follow at once after new events
+    Instant at_once_until{};   // when `at_once` gets its initial value again
     std::uint32_t missed = 0;
   };
 
-  /// Returns when a query of the device is due; empty: no query is due before another event.
+  /// Returns when a query of the device is due; empty: none becomes due by time alone.
   static std::optional<Instant> DueAt(const Device& device);
 
   std::vector<Device> devices_;
@@ -196,15 +198,16 @@ class Schedule {
 };
 
 // `Background` chooses reads of low priority, such as load profiles. A proof
-// (gateway/bus/replies/whose_reply.h) can be made together with such a read, before it is necessary
-// and would delay a poll.
+// (gateway/bus/replies/whose_reply.h) can be made together with such a read, before the proof is
+// necessary and would delay a poll.
 class Background {
  public:
   /// A read that is due is sent after this time even if there is not enough time before the next
   /// poll.
   static constexpr Duration kLongest = std::chrono::minutes(1);
   static constexpr Duration kPause = 1s;  ///< wait after a read that could not be sent
-  /// Number of exchanges after which the longest of them decides how much time a read needs.
+  /// After this many answered reads, the longest of them shows how much time a read needs. Until
+  /// then, `room` of Set counts.
   static constexpr int kFew = 8;
   enum class Which : std::uint8_t { that_fits, that_starves };
 
@@ -218,7 +221,8 @@ class Background {
     At(device).due = due;
     At(device).room = room;
   }
-  /// From `may` on a read of the device can include a proof; from `must` on it has to.
+  /// From `may` on a proof can be made together with a read of the device; from `must` on a read
+  /// needs a proof.
   void SetProof(std::size_t device, Instant may, Instant must) {
     At(device).may_prove = may;
     At(device).must_prove = must;
@@ -228,8 +232,7 @@ class Background {
   void Release(std::size_t device) { At(device).awaits_disk = false; }
 
   std::optional<std::size_t> Next(Which which, Instant now) const;
-  /// Returns the next time at which Next can return a device without any other event. The time can
-  /// be in the past.
+  /// Returns when Next can return a device if nothing else happens until then.
   std::optional<Instant> NextAt(Instant now) const;
   void OnTaken(std::size_t device, Instant now) {
     items_[device].taken = now;
@@ -238,14 +241,14 @@ class Background {
   /// A read of the device has ended. `took`: its duration with its proof; zero: it was not
   /// answered. Long durations are remembered for some time, because the next read may take as long.
   void NoteEnd(std::size_t device, Duration took, bool proved = false);
-  /// The read could not be sent, so the device has no read for kPause.
+  /// Call when the read could not be sent. The device has no read for kPause.
   void OnUnsent(std::size_t device) { items_[device].again = items_[device].taken + kPause; }
   /// True if a read of the device would end before the next poll is due.
   bool HasRoom(std::size_t device, Instant now) const {
     return device < items_.size() && Fits(items_[device], false, now);
   }
-  /// True if a read of the device can include a proof now, and both would end before the next poll
-  /// is due.
+  /// True if a read of the device can be made together with a proof now, and would end before the
+  /// next poll is due.
   bool MayProve(std::size_t device, Instant now) const {
     return now >= items_[device].may_prove && Fits(items_[device], true, now);
   }
@@ -265,7 +268,7 @@ class Background {
     Instant may_prove = Instant::max();
     Instant must_prove = Instant::max();
     bool awaits_disk = false;
-    bool lost = false;  // the last read was not answered, so the next may take as long
+    bool lost = false;  // the last read was not answered, so `room` counts
   };
 
   Item& At(std::size_t device) {
@@ -282,14 +285,14 @@ class Background {
   std::vector<Item> items_;
 };
 
-// `Turns` decides in which order the kinds of jobs are asked for a job. Each kind has a limit, so
-// that no kind has to wait without end.
+// `Turns` decides in which order the kinds of jobs get the line. Urgent jobs and requests of high
+// priority have a limit, so that polls do not wait without end.
 class Turns {
  public:
   enum class Choice : std::uint8_t {
     urgent,  ///< short writes of clients, writes to points, and their read-backs
-    parked,  ///< an interrupted job whose waiting time is over: see ParkedJobs
-    probe,   ///< limited by its own budget (probes.h), so it can go before polls
+    parked,  ///< a job that has waited for its device: see ParkedJobs in gateway/bus/jobs/agenda.h
+    probe,   ///< limited by ProbeBudget, so it can go before polls
     poll,    ///< the next query of the schedule
     routed_high,
     routed_normal,
@@ -302,25 +305,23 @@ class Turns {
     std::size_t high_clients = 0;  ///< number of clients with waiting requests of high priority
   };
 
-  /// After this many urgent jobs in a row, other jobs are first.
+  /// After this many urgent jobs in a row, jobs of other kinds go first.
   static constexpr int kUrgentInRow = 4;
-  /// The same limit for short writes of clients, which belong together: a start and its set points.
+  /// The limit in place of kUrgentInRow while a short write of a client waits, because a start and
+  /// its set points belong together.
   static constexpr int kRoutedWritesInRow = 16;
-  /// Failing devices get at most half of the line time. Their time beyond half is a debt to the
-  /// other devices, limited to this value.
+  /// Failing devices (their last exchange failed) get at most half of the line time. Their time
+  /// beyond half is a debt to the other devices, limited to this value.
   static constexpr Duration kMostDebt = std::chrono::minutes(1);
 
-  /// True if an urgent job goes before all other jobs. `short_write`: a short write of a client
-  /// waits.
+  /// True if an urgent job goes before all other jobs.
   bool UrgentAllowed(bool short_write) const {
     return urgent_in_row_ < (short_write ? kRoutedWritesInRow : kUrgentInRow);
   }
   /// Returns the kinds of jobs in order. The caller takes a job of the first kind that has one. A
   /// kind can be in the list twice.
   std::vector<Choice> Order(const Waiting& waiting) const;
-  /// Call with the kind of which a job was taken.
   void OnTaken(Choice choice, const Waiting& waiting);
-  /// Call if no kind had a job.
   void OnNothing() {
     urgent_in_row_ = 0;
     high_in_row_ = 0;
@@ -329,12 +330,13 @@ class Turns {
     if (!urgent) urgent_in_row_ = 0;
   }
 
-  /// Reports that time has passed. `failing`: the line was busy with a device whose last exchange
-  /// failed.
+  /// Call with the time since the previous call. `failing`: the line was busy with a device whose
+  /// last exchange failed.
   void OnTime(Duration passed, bool failing) {
     debt_ = std::clamp(debt_ + (failing ? passed : -passed), Duration::zero(), kMostDebt);
   }
-  /// Adds line time of the first failure of a device, which OnTime did not count as failing.
+  /// Adds the line time of a device's first failed exchange. OnTime did not count it as failing,
+  /// because the previous exchange was good.
   void Charge(Duration lost) { debt_ += lost; }
   /// True if devices that answer go first, because failing devices have used more than half of the
   /// time.
@@ -343,8 +345,7 @@ class Turns {
  private:
   int urgent_in_row_ = 0;
   std::size_t high_in_row_ = 0;
-  bool poll_next_ = false;  // polls and requests of clients of normal priority take turns
-  // Line time that failing devices have used beyond half.
+  bool poll_next_ = false;  // polls and routed_normal take turns; true: a poll is next
   Duration debt_{};
 };
 

@@ -1,6 +1,6 @@
 // Three small parts of `Poller` that decide whether a line may start a job: `IdleTime` contains
 // since when the line is idle, `Hold` prevents new jobs, and `TurnLimit` stops an endless loop.
-// (schedule.h decides which job is next.)
+// (gateway/bus/schedule/schedule.h decides which job is next.)
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,9 +12,6 @@
 
 namespace baudgate::bus {
 
-// `IdleTime` contains the time of the input that a line is handling, and since when the line has
-// been idle. Part of `Poller`.
-
 /// The present time, and since when the line has been idle. If both are equal, an exchange has just
 /// ended.
 struct Idle {
@@ -24,13 +21,12 @@ struct Idle {
 
 class IdleTime {
  public:
-  /// Call before an input is handled. `idle`: the line is idle at this moment. Returns the time
-  /// since the input before.
+  /// Call before the line handles an input. `idle`: the line is idle at this moment. Returns the
+  /// time since the previous input.
   Duration OnInput(Now now, bool idle) {
     was_idle_ = idle;
     return now.instant - std::exchange(now_, now).instant;
   }
-  /// Call when the input was handled. `idle`: the line is idle now.
   void OnHandled(bool idle) {
     if (idle && !was_idle_) since_ = now_.instant;
   }
@@ -46,13 +42,12 @@ class IdleTime {
   Instant since_{};
 };
 
-// `Hold` prevents a line from starting a new job. Part of `Poller`.
+// `Hold` keeps a line from starting a new job. Part of `Poller`.
 //
-//   held by       why, and until when
-//   WindUp        the port will be closed when the write under way has ended; until the port opens
-//                 again, or CallOffWindUp
-//   Pause         another use needs the line; until GoOn, or until the port closes
-//
+//   called   when                                           the hold ends
+//   WindUp   the port will be closed, after the write       when the port opens again, or with
+//            under way has ended                            CallOffWindUp
+//   Pause    a telegram that a user sends needs the line    with GoOn, or when the port closes
 class Hold {
  public:
   void OnOpened() { winding_up_ = paused_ = false; }
@@ -65,14 +60,14 @@ class Hold {
   /// Ends the pause. Returns false if there was no pause.
   bool GoOn() { return std::exchange(paused_, false); }
 
-  /// In a pause: returns the end of the longest wait for late replies. Empty: there is no pause.
+  /// Returns until when the telegram waits for late replies of devices. Empty: there is no pause.
   std::optional<Instant> WaitsUntil() const {
     return paused_ ? std::optional(since_ + kMostWait) : std::nullopt;
   }
   bool holds() const { return winding_up_ || paused_; }
 
  private:
-  /// Longest time that a telegram by hand waits for late replies of devices.
+  /// Longest time that a telegram of a user (`baudgate ask`) waits for late replies of devices.
   static constexpr Duration kMostWait = 4s;
 
   bool winding_up_ = false;
@@ -80,12 +75,12 @@ class Hold {
   Instant since_{};
 };
 
-// `TurnLimit` protects the thread of a line from an endless loop: it counts turns that happen
-// without any passing time, and makes the line rest for kRest after kMost of them. A few such turns
-// are normal. Part of `Poller`.
+// `TurnLimit` protects the thread of a line from an endless loop: it counts turns (steps of jobs)
+// while the time stays the same, and makes the line rest for kRest after kMost of them. A few turns
+// at the same time are normal. Part of `Poller`.
 class TurnLimit {
  public:
-  /// Greatest number of turns at one moment; far more than the polls of any line.
+  /// Greatest number of turns at the same time; far more than the polls of any line.
   static constexpr int kMost = 20'000;
   static constexpr Duration kRest = 1s;
   static constexpr Duration kTellAgain = 1h;
@@ -94,8 +89,8 @@ class TurnLimit {
       "error "
       "of the gateway or of a protocol's plugin";
 
-  /// Counts a turn. Returns rest_and_tell if the line rests and the user is to be warned
-  /// (kWarning).
+  /// Counts a turn. Returns rest while the line rests; rest_and_tell if the user is to be warned
+  /// too (kWarning), at most once in kTellAgain.
   enum class Turn : std::uint8_t { take, rest, rest_and_tell };
   Turn Take(Instant now) {
     if (now < rests_until_) return Turn::rest;

@@ -103,7 +103,7 @@ RequestBook::Client* RequestBook::PlaceFor(const std::string& client, Instant no
   return &clients_[client];
 }
 
-/// Removes the oldest answered request. There always is an answered request, because fewer requests
+/// Removes the answered request with the lowest number. There always is one, because fewer requests
 /// can be under way than are remembered.
 void RequestBook::ForgetOldest(Client& client) {
   const auto oldest = std::ranges::find_if(

@@ -25,9 +25,8 @@
 
 namespace baudgate::bus {
 
-// `RequestId` identifies a write request by the name of its client and a number. A client that gets
-// no answer sends the request again unchanged, and the gateway carries it out only once. The
-// identity is written to the audit, which the gateway reads at its start.
+// `RequestId` identifies a write request by the name of its client and a number. The audit records
+// it, and the gateway reads the audit at its start.
 struct RequestId {
   std::string client;     ///< a name that the client has chosen
   std::uint64_t seq = 0;  ///< number of the request, counted upwards by the client
@@ -44,17 +43,17 @@ struct PastRequest {
   WriteEnd end = WriteEnd::unknown;
   std::string reason;
   Duration took{};
-  Duration age{};  ///< time since the request was made
+  Duration age{};
 };
 
 struct PastRequests {
   std::vector<PastRequest> all;  ///< the latest is the first
-  bool complete = true;          ///< false: the audit cannot be read completely at present
+  bool complete = true;  ///< false: a part of the audit cannot be read yet, so it is read again
 };
 
 struct RequestAnswer {
   WriteEnd end = WriteEnd::ok;
-  std::string reason;  ///< one sentence; empty if `end` is ok
+  std::string reason;  ///< see WriteResult::reason
   Duration took{};
 };
 
@@ -62,7 +61,7 @@ class RequestBook {
  public:
   static constexpr std::size_t kClients = 128;
   static constexpr std::size_t kRemembered = 32;
-  /// Greatest number of requests of a client at a time.
+  /// Greatest number of requests of a client that are carried out at the same time.
   static constexpr std::size_t kUnderWay = 8;
   /// A client that has sent nothing for this time can be forgotten if another client needs its
   /// place.
@@ -71,15 +70,15 @@ class RequestBook {
   struct Verdict {
     enum class What : std::uint8_t {
       fresh,      ///< the request is to be carried out; call End afterwards
-      under_way,  ///< the same request is being carried out; it will be answered
+      under_way,  ///< the same request is being carried out; the answer comes when it has ended
       answered,   ///< the same request was answered before, with `answer`
       refused,    ///< the request is refused, with `answer`
     };
     What what = What::fresh;
     RequestAnswer answer{};
   };
-  /// Returns the requests of earlier runs; empty: the requests are not read yet. See
-  /// audit::AuditSource.
+  /// Returns the requests of earlier runs; empty: they have not been read yet. See
+  /// audit::AuditSource in gateway/records/audit/audit_source.h.
   using Past = std::function<std::optional<PastRequests>()>;
   /// `past` is null if there are no requests of earlier runs.
   explicit RequestBook(Past past = {}) : past_(std::move(past)) {}
@@ -97,7 +96,7 @@ class RequestBook {
     std::optional<RequestAnswer> answer;
   };
   struct Client {
-    std::map<std::uint64_t, Entry> entries;  ///< key: `seq`
+    std::map<std::uint64_t, Entry> entries;
     std::size_t under_way = 0;
     std::optional<std::uint64_t> forgotten{};  ///< the highest `seq` that was forgotten
     Instant last{};
@@ -108,7 +107,7 @@ class RequestBook {
   Client* PlaceFor(const std::string& client, Instant now);
   static void ForgetOldest(Client& client);
 
-  Past past_;  // null: all requests of earlier runs are in clients_
+  Past past_;  // null: there are no requests of earlier runs that have not been read
   std::map<std::string, Client> clients_;
 };
 

@@ -98,7 +98,6 @@ bool RouteQueue::HasUrgent(std::uint8_t slave) const {
          });
 }
 
-/// Takes a short write, or a block that was written to the same slave before it.
 RouteQueue::Batch RouteQueue::TakeUrgent(const MayAsk& may_ask) {
   std::array<std::size_t, 256> ends{};  // for each slave: place after its last short write
   std::size_t end = 0;                  // place after the last short write to any slave
@@ -242,7 +241,7 @@ RouteQueue::Batch RouteQueue::TakeWithTwins(std::size_t place) {
   if (!IsWrite(batch[0]) && std::ranges::any_of(waiting_, alike)) {
     Earlier earlier;
     std::vector<RoutedRequest> twins = TakeIf([&](const RoutedRequest& other) {
-      earlier.Add(other);  // a twin is a read, so adding it delays no other request
+      earlier.Add(other);  // Add ignores reads, so a twin does not block itself
       return alike(other) && earlier.LetPass(other);
     });
     batch.insert(batch.end(), std::make_move_iterator(twins.begin()),

@@ -45,7 +45,7 @@ struct RoutedReply {
   /// True if the request was sent. False, for example, if its deadline passed in the queue, its
   /// client left, or the port was closed.
   bool sent = false;
-  bool shared = false;  ///< the reply to an identical read of another client is used
+  bool shared = false;  ///< the reply to an identical read of another client answers this request
   Duration waited{};    ///< from the call of Submit to the first byte on the line
 };
 
@@ -57,7 +57,7 @@ struct RoutedRequest {
   Bytes pdu;                 ///< function code and data, 1…253 bytes
   config::Priority priority = config::Priority::normal;
   Instant arrived;
-  Instant deadline;  ///< the request is not sent later; when it passes, the reply is no_reply
+  Instant deadline;  ///< after this time the request is not sent, but answered with no_reply
   // The line sets these fields. `sequence`: number of the write among all writes to the line.
   // `tries`: how often the request was sent without a good reply.
   std::uint64_t sequence = 0;
@@ -81,8 +81,8 @@ class RouteTarget {
   /// Takes a request. Returns false if the host of the request has too many requests already, or
   /// the target is stopping; `done` is not called then.
   virtual bool Submit(RoutedRequest request) = 0;
-  /// The client has left. Its waiting requests are answered at once and not sent; an exchange under
-  /// way continues.
+  /// Call when the client has left. Its waiting requests are answered at once and not sent; an
+  /// exchange under way continues.
   virtual void Abandon(std::uint64_t client) = 0;
 };
 
@@ -99,7 +99,6 @@ class RouteQueue {
   /// A write of more registers than this is a block: it waits for its turn like a read.
   static constexpr std::size_t kShortWrite = 8;
 
-  /// Returns true if the slave and the line allow the request to be sent now.
   using MayAsk = std::function<bool(const RoutedRequest& request)>;
   /// The request to send, and identical reads that are answered by the same reply.
   using Batch = std::vector<RoutedRequest>;
@@ -119,7 +118,8 @@ class RouteQueue {
   /// Takes a short write, or an earlier write that has to go before it. Empty: none can be sent
   /// now.
   Batch TakeUrgent(const MayAsk& may_ask);
-  /// True if TakeUrgent would return a write for this slave if the slave can be asked.
+  /// True if TakeUrgent would return a write for this slave, because of a short write to it, as
+  /// soon as the slave can be asked.
   bool HasUrgent(std::uint8_t slave) const;
   Batch Take(config::Priority priority, const MayAsk& may_ask);
   /// Takes the next request for this slave; writes are taken before reads.
@@ -182,19 +182,19 @@ class RoutedSide {
   explicit RoutedSide(RouteQueue& queue) : queue_(queue) {}
 
   void OnAnswered(Instant now) { answered_at_ = now; }
-  /// Returns when the clients count as gone; empty: there were no clients.
+  /// Returns when the clients count as gone, kClientsReturn after the latest answer; empty: no
+  /// request of a client was answered.
   std::optional<Instant> ClientsGone() const;
-  /// True if a request of a client is to be expected, because a client was served a short time ago.
   bool ClientsAreHere(Instant now) const { return ClientsGone() && now < *ClientsGone(); }
 
   /// Takes the reads for an offline slave, except the first `keep`, so that they can be answered at
-  /// once. The last of them is remembered for RepeatRead, if every slave can answer it.
+  /// once. Remembers the last of these reads that every slave answers (is_common), for RepeatRead.
   std::vector<RoutedRequest> TakeHopeless(const Member& slave, std::size_t keep,
                                           const protocols::PduCarrier& carrier, Instant now);
   /// True if the last read for this offline slave can be repeated as a probe, although no request
-  /// waits. A client that asks its slaves in turn may be waiting for another slave at present. A
-  /// read is repeated for 2 s; if `behind` (directly after another exchange), for 1 min. Needed by
-  /// AskedInTurn.AReturningSlaveIsFoundByAClientThatAsksSlavesInTurn.
+  /// waits: a client that asks its slaves in turn may be waiting for another slave at present.
+  /// Allowed for kClientsReturn after the read; for kStillWanted if `behind` (directly after
+  /// another exchange). Needed by AskedInTurn.AReturningSlaveIsFoundByAClientThatAsksSlavesInTurn.
   bool MayRepeatRead(const Member& slave, bool behind, Instant now) const;
   /// Returns a copy of the last read for this slave. Its reply goes to no client.
   RouteQueue::Batch RepeatRead(const Member& slave) const;

@@ -1,12 +1,12 @@
 // `WriteCommand` is a command on its way from an output to a line: a write to points, a read
-// (`Reads`) or a telegram by hand (`Telegram`). (For requests of transparent routes see
-// route_queue.h.) Writes to points are checked by WriteGate, commands that may write are recorded
-// by the audit, and all wait in the queue of the line. The device confirms or refuses the command,
-// or its deadline passes. Then End calls the observers and answers the client.
+// (`Reads`) or a telegram that a user has written (`Telegram`). Requests of transparent routes are
+// in gateway/bus/writes/route_queue.h. WriteGate checks writes to points, the audit records
+// commands that may write, and all commands wait in the queue of the line. The device confirms or
+// refuses the command, or its deadline passes. Then End calls the observers and answers the client.
 //
-// The values of a write are raw: the output has decoded what its client sent, and the gate has
+// The values of a write are raw: the output has decoded what its client sent, and WriteGate has
 // checked the value and converted it to the raw value. Example: at a point with scale 0.1 the
-// client writes 25, and the raw value is 250. After the gate no value is converted.
+// client writes 25, and the raw value is 250. After WriteGate no value is converted.
 //
 // `WriteState` is the progress of a command. EndUnheard returns the result of a write without an
 // answer. `CommandSink` takes commands; `CommandRoom` limits how many wait for a line.
@@ -49,9 +49,9 @@ namespace baudgate::bus {
 enum class WriteState : std::uint8_t { asked, queued, sent, reading_back, ended };
 inline constexpr std::size_t kWriteStates = 5;
 
-/// True if a command can change from one state to another. Changes go forward, with two exceptions:
-/// `queued` again for the next points of a command, or for a request that never left this machine.
-/// From `sent` to `sent`: the request is sent again.
+/// True if a command can change from one state to another. Changes go forward, except to `queued`
+/// for the next points of a command, or for a request that never left this machine; and from `sent`
+/// to `sent`, when the request is sent again.
 constexpr bool MayFollow(WriteState from, WriteState to) {
   switch (to) {
     case WriteState::asked:
@@ -60,7 +60,7 @@ constexpr bool MayFollow(WriteState from, WriteState to) {
       return from != WriteState::queued && from != WriteState::ended;
     case WriteState::sent:
       return from == WriteState::queued || from == WriteState::sent;
-    case WriteState::reading_back:  // directly from `asked`, if points are only read
+    case WriteState::reading_back:  // a command that only reads comes directly from `asked`
     case WriteState::ended:
       return from < to;
   }
@@ -99,10 +99,10 @@ inline constexpr Duration kWaitForDevice = std::chrono::seconds(5);
 /// A value to write to a point. WriteGate makes it (Convert). The line sends `raw`; the audit and
 /// the comparison after reading back use `shown`.
 struct PointWrite {
-  std::uint32_t point = 0;  ///< index in the device's points
-  Value raw;                ///< the value that is sent, in the range of the type
-  Value before{};           ///< value of the point when the write was requested; empty: unknown
-  Value shown{};            ///< value that the point shows when the device has accepted `raw`
+  std::uint32_t point = 0;
+  Value raw;       ///< the value that is sent, in the range of the type
+  Value before{};  ///< value of the point when the write was requested; empty: unknown
+  Value shown{};   ///< value that the point shows when the device has accepted `raw`
 };
 
 /// The points are written in this order. The first failure ends the command.
@@ -110,10 +110,10 @@ using Writes = std::vector<PointWrite>;
 
 /// Points that a client wants to be read now. WriteResult::read_back is true if all were read.
 struct Reads {
-  std::vector<std::uint32_t> points;  ///< indices in the device's points
+  std::vector<std::uint32_t> points;
 };
 
-/// A telegram that a user sends by hand (`baudgate ask`). The line sends it unchanged.
+/// A telegram that a user has written (`baudgate ask`). The line sends it unchanged.
 struct Telegram {
   Bytes bytes;            ///< the whole frame
   bool reads = false;     ///< the protocol guarantees that the telegram only reads
@@ -134,11 +134,12 @@ struct WriteCommand {
   /// Called directly before each request. Returns why the request must not be sent now; empty: the
   /// request can be sent. Null: there is no condition.
   std::function<std::optional<std::string>(Instant now)> why_not;
-  /// True: the client no longer waits, so the command is not started. When a request that may write
-  /// was sent, the command continues to its end.
+  /// Points to true when the client no longer waits. Then the command is not started; but if a
+  /// request that may write was sent, the command continues to its end. Null: the client always
+  /// waits.
   std::shared_ptr<const std::atomic<bool>> abandoned;
   using Ended = std::function<void(const WriteResult&)>;
-  /// Called at the end of the command, before `done`: the audit, and the queue limit of the line.
+  /// The audit and CommandRoom. End calls them before `done`, the last one first.
   std::vector<Ended> observers{};
   Ended done;
 
@@ -159,8 +160,8 @@ struct WriteCommand {
 
   bool client_left() const { return abandoned && *abandoned; }
 
-  /// Ends the command: calls the observers, the last one first, then answers the client. Call
-  /// exactly once, on any thread. Do not call it if Submit has returned false.
+  /// Ends the command: calls the observers, then answers the client. Call exactly once, on any
+  /// thread. Do not call it if Submit has returned false.
   void End(const WriteResult& result) {
     assert(MayEnd(state, result.end));
     MoveTo(WriteState::ended);
@@ -175,12 +176,12 @@ struct WriteCommand {
 
 /// A write that the gateway has refused. It is recorded by the audit like any other write.
 struct DeniedWrite {
-  std::string client{};  ///< as in WriteCommand
+  std::string client{};  ///< see WriteCommand::client
   std::optional<RequestId> request{};
-  std::uint32_t device = 0;  ///< index in the point store
-  /// Index in the device's points; empty: the write was a telegram by hand.
+  std::uint32_t device = 0;
+  /// Index in the device's points; empty: the write was a telegram that a user has written.
   std::optional<std::uint32_t> point{};
-  Value value{};                    ///< value in the form for users
+  Value value{};                    ///< as users see it, not raw
   std::string reason{};             ///< one sentence
   WriteEnd end = WriteEnd::denied;  ///< denied or busy
   bool counts = true;  ///< false: another point of the same command was counted already
@@ -208,7 +209,7 @@ class CommandSink {
 // All functions can be called from any thread.
 class CommandRoom {
  public:
-  /// Contains true when the client of a command has left. Null: the client never leaves.
+  /// Points to true when the client of a command has left. Null: the client never leaves.
   using Abandoned = std::shared_ptr<const std::atomic<bool>>;
   using Ticket = std::uint64_t;
 
@@ -237,7 +238,6 @@ class CommandRoom {
     held_.emplace(++last_, Held{client, host, std::move(abandoned)});
     return last_;
   }
-  /// Gives the place back, because the command was answered.
   void Give(Ticket ticket) {
     const MutexLock lock(mutex_);
     held_.erase(ticket);

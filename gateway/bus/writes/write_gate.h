@@ -13,10 +13,10 @@
 //   does the sink take the command?      busy          its queue is full (AuditedWrites); a full
 //                                                      queue of the line ends it as busy later
 //
-// The first try uses up a selection, even if the write is denied by another rule. Each denial is
-// reported to the sink; Deny does this for denials of other parts. If the sink itself returns false
-// (busy), it has recorded the write already (AuditedWrites). Each output has its own gate, which
-// only one thread uses. See docs/writes.md.
+// The first try uses up a selection, even if another rule denies the write. Submit reports a denial
+// to the sink, which records it, except in two cases: a reload has removed the device; or the sink
+// is busy and has recorded the write itself (AuditedWrites). An output that denies a write itself
+// calls Deny. Each output has its own gate, which only one thread uses. See docs/writes.md.
 //
 // Convert converts each value once: the command contains the raw value, which the protocol only
 // encodes. WhyOutside, WhyInexact, WhyLocked, WhyBeyond and `Selections` check one rule each.
@@ -46,14 +46,9 @@
 
 namespace baudgate::bus {
 
-// Parsing of values that users write on the command line, such as "0.52", "on", "12".
-
-/// Returns the value of the text for this point. For a bool: true, false, on, off, 1, 0. Whole
-/// numbers are exact. The error says what is valid.
+/// Parses a value that a user has written on the command line, such as "0.52" or "12"; for a bool:
+/// true, false, on, off, 1, 0. Whole numbers are exact. The error says what is valid.
 Result<Value> ParseValue(const config::Point& point, std::string_view text);
-
-// Rules for the value of a write: min, max, step and decimals of config::Writing, and whether the
-// device can represent the value. The functions have no state.
 
 /// Returns the number with the unit of the point, such as "50 Hz".
 std::string WithUnit(const config::Point& point, const Decimal& number);
@@ -91,20 +86,19 @@ struct Beyond {
 std::optional<Beyond> WhyBeyond(const PointStore& store, std::uint32_t device,
                                 const config::Point& point, const Value& value, Instant now);
 
-/// True if the point has an interlock, or a limit that is another point. Both are checked again
-/// before each request.
+/// True if the point has an interlock, or a limit that is another point. Interlock and limit are
+/// checked again before each request.
 bool IsGuarded(const config::Point& point);
 
 // `Selections` contains which points are selected, by which client and until when. A point that
-// trips or resets something is written in two steps: it is selected, then written. A write to a
-// wrong register alone then has no effect. The time is an argument. See docs/writes.md, "Select
+// trips or resets something is written in two steps: it is selected, then written. So a single
+// write to a wrong register has no effect. The time is an argument. See docs/writes.md, "Select
 // before operate". Example:
 //
 //   select 100 by client 7 at 0 s, for 10 s
 //   take   100 by client 8 at 1 s             no: selected by another client
 //   take   100 by client 7 at 3 s             yes, once
 //   take   100 by client 7 at 4 s             no: used up
-//
 class Selections {
  public:
   /// Greatest number of selections. A further selection removes the selection that ends first.
@@ -112,13 +106,13 @@ class Selections {
 
   struct Point {
     std::uint32_t device = 0;  ///< index in the point store
-    std::uint32_t point = 0;   ///< index in the device's points
+    std::uint32_t point = 0;
     auto operator<=>(const Point&) const = default;
   };
   enum class Verdict : std::uint8_t {
     selected,
     none,
-    expired,  ///< the time of the selection is over
+    expired,
     foreign,  ///< selected by another client
   };
 
@@ -141,22 +135,22 @@ class Selections {
 struct Writer {
   std::string name;          ///< see WriteCommand::client
   std::uint64_t number = 0;  ///< number of the client's connection
-  /// Contains true when the client has left. Null: this is not known.
+  /// Points to true when the client has left. Null: this is not known.
   std::shared_ptr<const std::atomic<bool>> left{};
   std::uint64_t host = 0;  ///< number of the client's host (gateway/base/fair_places.h)
 };
 
 struct WriteAsk {
   struct Part {
-    std::uint32_t point = 0;  ///< index in the device's points
-    Value value{};            ///< value in the form for users
+    std::uint32_t point = 0;
+    Value value{};  ///< as users see it, not raw
   };
   std::uint32_t device = 0;  ///< index in the point store
   std::vector<Part> parts;
   bool without_selection = false;  ///< the client has confirmed twice, so no selection is needed
   std::optional<RequestId> request{};  ///< empty: the client gave no number
   Instant deadline{};
-  std::shared_ptr<const std::atomic<bool>> abandoned{};  ///< true: do not start it
+  std::shared_ptr<const std::atomic<bool>> abandoned{};  ///< see WriteCommand::abandoned
   std::function<void(const WriteResult&)> done{};
 };
 
@@ -180,7 +174,7 @@ class WriteGate {
   /// Selects a point with `select: yes`, so that this client can write it for a limited time.
   std::optional<WriteDenial> Select(const Writer& writer, std::uint32_t device, std::uint32_t point,
                                     Instant now);
-  /// Records a write that another part has denied, with this reason.
+  /// Records a write that the output itself has denied, for `reason`.
   void Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason,
             WriteEnd end = WriteEnd::denied);
   void Forget(const Writer& writer) { selections_.Forget(writer.number); }

@@ -38,7 +38,6 @@ class WriteQueue {
 
   bool full() const { return waiting_.size() >= kLimit; }
   bool empty() const { return waiting_.empty(); }
-  /// Adds the command and sets its sequence number.
   void Push(WriteCommand command);
   /// Takes the first command that `may_go` accepts, even if earlier commands wait.
   std::optional<WriteCommand> Take(const MayGo& may_go);
@@ -51,7 +50,7 @@ class WriteQueue {
   void AddReadBacks(std::size_t device, std::span<const protocols::Query> queries,
                     std::span<const std::size_t> points);
   /// Removes the waiting read-backs of the device and returns the points of their queries.
-  /// `queries`: the queries of the device when they were added.
+  /// `queries`: the queries that the device had when the read-backs were added.
   std::vector<std::size_t> TakeReadBacks(std::size_t device,
                                          std::span<const protocols::Query> queries);
   std::optional<QueryRef> TakeReadBack(const MayRead& may_read);
@@ -64,22 +63,22 @@ class WriteQueue {
   struct Confirmed {
     WriteCommand command;
     std::size_t device = 0;
-    Instant at;  ///< readings after this time show the effect of the write
+    Instant at;  ///< when the device confirmed the command; later readings show its effect
     std::size_t written = 0;
-    /// True if points of the command were written again by another command; they are removed from
-    /// it.
+    /// True if another command has written a point of this command again. This point is removed
+    /// from `command`.
     bool replaced = false;
   };
-  /// The point is being written again, so it no longer shows the result of earlier commands.
+  /// Call when a point is written. The point no longer shows the result of earlier commands.
   void OnBegun(std::uint32_t device, std::uint32_t point);
-  /// Returns true if a read-back of the device is under way that has not failed yet. If it fails,
-  /// the answer to the write does not wait for its retries.
+  /// Returns true while a read-back of the device is under way that has not failed yet. When it has
+  /// failed once, the answer to the write does not wait for retries.
   using IsReadingBack = std::function<bool(std::size_t device)>;
   std::vector<Confirmed> TakeConfirmed(const IsReadingBack& is_reading_back);
 
   struct Expired {
     std::vector<WriteCommand> unsent;
-    std::vector<Confirmed> confirmed;  ///< confirmed in time, but not read back in time
+    std::vector<Confirmed> confirmed;  ///< confirmed, but not read back before the deadline
   };
   Expired TakeExpired(Instant now);
   /// Takes all waiting commands and removes all read-backs, because the port has closed.
