@@ -1,4 +1,5 @@
-// Limits for the route benchmarks: a slave that answers at once, a bare master, a bare gateway.
+// Programs whose speed is the limit for the route benchmarks: a slave that answers at once, and a
+// minimal master and gateway.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,5 @@
-// Benchmark: cost of a changed point up to the DDS writer, with 1,000 to 100,000 points.
+// Benchmark: processor time that a changed point costs from the point store to the DDS writer, with
+// 1,000 to 100,000 points.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

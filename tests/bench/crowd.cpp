@@ -1,5 +1,6 @@
-// Benchmark: processor time of an exchange with 100 and 1,000 lines on tcp://, each with a device
-// of a hundred points at 1 s. Devices and gateway are child processes.
+// Benchmark: processor time of an exchange with 100 and 1,000 lines on tcp://. Each line has a
+// device with a hundred points that are polled every second. Devices and gateway are child
+// processes.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fmt/format.h>

@@ -20,7 +20,8 @@ int ReadsBefore(const std::vector<OnWire>& log, Instant sent) {
   for (const OnWire& request : log) {
     if (request.from < sent) continue;
     if (request.pdu == StartPdu()) return reads;
-    // In this time the start command is still in the gateway, so such a read is not late.
+    // In this time the start command can still be inside the gateway, so a read that is sent before
+    // it does not count.
     const bool on_its_way = request.from < sent + 1ms;
     if (request.pdu.starts_with("03") && !on_its_way) ++reads;
   }

@@ -22,7 +22,8 @@ inline constexpr std::array<std::uint16_t, 9> kBlocks = {999,  1119, 1239, 1359,
 /// Returns the PDU of the start command as hex.
 std::string StartPdu();
 
-/// A PLC as Modbus TCP client. It repeats a message when its period and its exchange are over.
+/// A PLC as Modbus TCP client. It sends a message again when the message's period is over and the
+/// last exchange has ended.
 class Plc {
  public:
   /// `watch_port` is the listener for reads of the frequency, `port` for everything else.

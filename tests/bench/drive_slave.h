@@ -64,13 +64,15 @@ class Drive {
   const std::string& path() const { return pty_.path(); }
   std::vector<OnWire> log() const;
   std::atomic<int> overlaps = 0;
-  std::atomic<int> short_silences = 0;  ///< silences before a request below 3.5 characters
+  /// number of silences before a request that are shorter than 3.5 characters
+  std::atomic<int> short_silences = 0;
   std::atomic<std::uint64_t> bytes_in = 0;
   std::atomic<std::uint64_t> bytes_out = 0;
 
  private:
   void Run();
-  /// Sends the reply. Returns an estimate of its end, rather too early than too late.
+  /// Sends the reply. Returns when its last byte has left. The estimate can be too early, but not
+  /// too late.
   Instant Answer(View request, Instant begin);
 
   tools::Pty pty_;

@@ -18,7 +18,7 @@ namespace {
 using namespace history;
 
 constexpr std::uint32_t kDevices = 100;
-constexpr std::uint32_t kPoints = 100;  // on each device
+constexpr std::uint32_t kPoints = 100;
 constexpr int kSeconds = 900;
 constexpr double kShareWanted = 0.08;
 constexpr double kBytesWanted = 3;

@@ -1,4 +1,5 @@
-// Benchmark: share of the possible exchanges that a line carries, alone and with all outputs.
+// Benchmark: how many of the possible exchanges a line carries, once without outputs and once with
+// all outputs switched on.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

@@ -232,8 +232,8 @@ void MeasureSilences(const config::Catalog& catalog) {
              Median(direct), Median(routed), added, Verdict(added <= kWantedSilence));
 }
 
-/// Returns the answered requests of each client; for client `watched`, between its first and last
-/// answer.
+/// Returns the number of answered requests of each client. `watched`: counts only between the first
+/// and the last answer of this client.
 std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports,
                                  std::optional<std::size_t> watched = {}) {
   std::vector<RawClient> all;

@@ -29,7 +29,7 @@ constexpr auto kMeasured = std::chrono::seconds(30);
 constexpr double kWantedCore = 0.35;
 constexpr double kWantedMib = 120;
 
-/// Each line has a relay with a hundred floats, which takes four exchanges a second.
+/// Each line has one relay with a hundred float points. Polling them takes four exchanges a second.
 std::string Yaml(const std::string& directory) {
   std::string points;
   for (int i = 1; i <= kPointsPerLine; ++i) {

@@ -1,4 +1,4 @@
-// Shared by the benchmarks of the DDS library.
+// Helpers of the benchmarks of the DDS library.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
