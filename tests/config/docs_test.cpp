@@ -291,7 +291,7 @@ class Completion {
     Each(line["devices"], &Completion::Device);
     return line;
   }
-  /// Moves keys of lower levels that stand beside keys of the file to their own level.
+  /// Example: `points` at the level of the file becomes `lines: [{ devices: [{ points }] }]`.
   YAML::Node File(YAML::Node file) const {
     const auto move = [&file](const char* key, const auto& to) {
       if (!file[key]) return;
@@ -422,8 +422,8 @@ constexpr Level kProfileLevels[] = {
     },
 };
 
-/// Stores the problems of the attempt that has the fewest. An unknown key counts as 100 problems,
-/// because it shows that the piece was read at a wrong level.
+/// Stores the problems of the attempt with the fewest problems. An unknown key counts as 100
+/// problems, because it shows that the piece was read at a wrong level.
 class Attempts {
  public:
   bool done() const { return nearest_ && nearest_->empty(); }

@@ -161,7 +161,7 @@ constexpr const char* kRoutedLines =
     "- { name: drive, port: /dev/b, protocol: modbus_rtu }\n"
     "- { name: text, port: /dev/c, protocol: modbus_ascii }\n";
 
-/// The routes begin in line 2, column 12. The two routes at the end give each line a route.
+/// `routes` begin in line 2, column 12. Two more routes are added, because each line needs a route.
 config::Loaded LoadRoutes(const std::string& routes) {
   return LoadModbus("modbus: {\n  routes: [ " + routes +
                     ", { units: 201, line: drive }, { units: 202, line: text } ] }\n" +

@@ -376,7 +376,6 @@ TEST(Resolve, LongerPausesLengthenTheCeiling) {
 }
 
 TEST(Pace, TheLongerReplyGapAndCeilingOfLineAndProfileApply) {
-  // The profile has reply 700ms, gap 30ms.
   const auto timing = [](const std::string& line, const std::string& device) {
     return LineOf("", "timing: { " + line + " },", kProfiled + device).devices[0].timing;
   };

@@ -1,4 +1,4 @@
-// Tests that loading any mutation of the examples returns a result.
+// Tests that a configuration with random changes is either loaded or refused with problems.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

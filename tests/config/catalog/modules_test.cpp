@@ -1,4 +1,4 @@
-// Tests that modules of another interface are refused, and which profile folder takes precedence.
+// Tests that modules with a wrong ABI tag are refused, and which profile folder takes precedence.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/modules.h"
 

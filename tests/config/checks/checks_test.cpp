@@ -1,4 +1,5 @@
-// Tests the checks on structs, without YAML. Every problem must be reported at the mark of its key.
+// Tests the checks on structs, without YAML. Every problem must be reported at the line and column
+// (Mark) of its key.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Tests the limits of the address areas of values.
+// Tests which Modbus addresses values can have: 0 to 19999, except the status block.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

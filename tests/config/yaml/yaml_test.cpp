@@ -49,7 +49,8 @@ TEST(Yaml, EmptyTextsAndSeveralDocumentsAreRefused) {
             "t.yaml:1:1: error: the configuration: expected a map (key: value), found a list\n");
 }
 
-// For such a text, the YAML library returns documents endlessly, so the reader must refuse it.
+// The YAML library would return documents endlessly for a text with a comma behind its document, so
+// the reader must refuse the text.
 TEST(Yaml, ACommaAfterTheDocumentIsRefused) {
   const std::string advice = " error: this comma is outside of brackets; remove it\n";
   EXPECT_EQ(Shown(Load("{ lines: [] },\n").problems), "t.yaml:1:14:" + advice);
