@@ -1,5 +1,6 @@
-// Fuzzes a conversation: tasks, real requests, and replies from valid replies of the twin to noise.
-// Input: device, options, then steps: task and reply (see Session).
+// Fuzzes a conversation with tasks and replies. The replies range from the valid replies of the
+// twin to noise.
+// Input: device, options, then steps. A step is a task and a reply (see RunTask and TakeReply).
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <limits>
@@ -71,7 +72,8 @@ class Session {
  private:
   void CheckQueries() const {
     for (const protocols::Query& query : conversation_->Queries()) {
-      // While another device answers, only identification is read, so a query may have no points.
+      // `trouble` says that another device answers. Then only the identification is read, so a
+      // query can have no points.
       Require(!query.points.empty() || conversation_->trouble(), "a query reads something");
       for (const std::size_t point : query.points) {
         Require(point < device_.points.size(), "a query reads points of its device");

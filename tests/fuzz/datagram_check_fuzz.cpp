@@ -1,5 +1,5 @@
-// Fuzzes the check of datagrams before the DDS library: one check receives all datagrams of an
-// input.
+// Fuzzes `DatagramCheck`, through which datagrams pass before the DDS library receives them. One
+// check receives all datagrams of an input.
 // Input: a byte of options, then datagrams, each with a length (2 bytes, big-endian), a byte of the
 // sender's address, a byte of time that has passed, and its bytes.
 #include "gateway/outputs/dds/fast/datagram_check.h"

@@ -110,7 +110,7 @@ const config::Device& DeviceOf(std::uint8_t slice, std::uint8_t variant) {
 
 void CheckAnswer(const protocols::Answer& answer, const config::Device& device) {
   const bool life = ProvesLife(answer.outcome);
-  // The last answer of a task can report a failed exchange: no_reply and partial are allowed.
+  // If an exchange fails, the task can end with an answer whose outcome is no_reply or partial.
   Require(answer.outcome != Outcome::none && answer.outcome != Outcome::line_down,
           "an answer has an outcome of an exchange");
   Require(answer.outcome == Outcome::ok || answer.then == protocols::Then::ask_again ||

@@ -1,6 +1,6 @@
-// Fuzzes the reader of history files. The first byte chooses: the bytes are the file; or columns
-// that the target compresses, so that they pass the checksum of zlib; or entries that must be read
-// back unchanged.
+// Fuzzes the reader of history files. The first byte chooses what the other bytes are: a whole
+// file; columns that the target compresses, so that they pass the checksum of zlib; or entries that
+// must be read back unchanged.
 // SPDX-License-Identifier: Apache-2.0
 #include <zlib.h>
 

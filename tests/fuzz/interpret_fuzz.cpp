@@ -1,5 +1,6 @@
 // Fuzzes the decoding of one captured exchange.
-// Input: device, options, request (counted), then the reply in pieces (stream.h).
+// Input: device, options, a length byte and the request, then the reply in pieces
+// (tests/fuzz/stream.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 

@@ -1,5 +1,5 @@
-// Fuzzes the messages between daemon and DDS process: refused with a reason, or encoded back
-// equally.
+// Fuzzes the messages between daemon and DDS process. Each is refused with a reason, or gives the
+// same bytes when encoded again.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_message.h"
 #include "gateway/outputs/dds/published_types.h"

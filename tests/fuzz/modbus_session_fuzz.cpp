@@ -83,9 +83,9 @@ class Gateway : private modbus::ClientSession::Owner {
   }
   bool speaks_rtu() const { return listener_.framing == modbus::Framing::rtu; }
 
-  /// Takes one byte. Bit 0: the server runs; bit 1: the client reads; bit 2: a waiting write and a
-  /// waiting routed request end; bit 3: deadlines pass; bit 4: the piece of an RTU client is a
-  /// frame to which a CRC is added.
+  /// Takes one byte. Bit 0: the server runs its handlers; bit 1: the client reads; bit 2: a waiting
+  /// write and a waiting routed request end; bit 3: time passes until deadlines are over; bit 4: a
+  /// CRC is added to the piece of an RTU client.
   void Step(Input& input, modbus::ClientSession& session, int client, Bytes& sent, Bytes& answers) {
     const std::uint8_t what = input.U8();
     Bytes framed;

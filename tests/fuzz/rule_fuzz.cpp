@@ -1,6 +1,6 @@
 // Fuzzes the laws of frame rules: every cut lies within the held bytes; bytes in = delivered +
 // discarded + held; memory is bounded; the frames do not depend on how the bytes are fragmented.
-// Input: options, request (counted; replies only), then pieces (stream.h).
+// Input: options; for replies a length byte and the request; then pieces (tests/fuzz/stream.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
@@ -93,7 +93,8 @@ void FuzzRule(View bytes) {
     Require(whole.frames == pieces.frames && whole.ends == pieces.ends,
             "any fragmentation gives the same frames");
     Require(whole.discarded == pieces.discarded, "any fragmentation discards the same bytes");
-    // Nothing uses the blame of bytes before a request, so it may depend on the fragmentation.
+    // `blame` is the outcome that discarded bytes give their exchange. Bytes before a request
+    // belong to no exchange, so their blame does not matter.
     Require(!kReplies || whole.blame == pieces.blame, "any fragmentation gives the same blame");
   }
 }

@@ -19,7 +19,7 @@ bool IsKs(const protocols::Protocol& protocol, int checksum) {
   return protocol.name == "set4tm" && checksum == 1;
 }
 
-/// Sets the length in the header, because Modbus TCP has no check value.
+/// Modbus TCP has no check value, so a correct length in the header makes a frame valid.
 void SealTcp(Bytes& bytes, std::size_t from) {
   const std::size_t size = bytes.size() - from;
   if (size < 6) return;

@@ -1,5 +1,5 @@
-// Makes a byte stream from the fuzzer's input. Some pieces of it end a fragment, and some get a
-// right checksum, because a fuzzer cannot guess a CRC.
+// Makes a byte stream from the fuzzer's input. Bits of the input say where a fragment ends, and
+// where a right checksum is added, because a fuzzer cannot guess a CRC.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,8 +21,9 @@ void Seal(const protocols::Protocol& protocol, Bytes& bytes, std::size_t from, i
 
 void Unseal(const protocols::Protocol& protocol, Bytes& frame, int checksum = 0);
 
-/// Takes all remaining pieces of the input. A piece has one byte before it: its length (6 bits);
-/// 0x40 = seal everything since the last seal; 0x80 = a fragment ends behind the piece.
+/// Takes all remaining pieces of the input. The byte before a piece contains its length in the low
+/// 6 bits. 0x40: a check value over everything since the last check value is appended; 0x80: a
+/// fragment ends behind the piece.
 Stream TakeStream(const protocols::Protocol& protocol, Input& input);
 
 }  // namespace baudgate::fuzz

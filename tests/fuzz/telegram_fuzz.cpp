@@ -1,7 +1,7 @@
 // Fuzzes telegram descriptions: the frame rule keeps its laws, and a decoded number is always
 // valid.
-// Input: flags, patterns (counted, at most four), then pieces, each after its length; 0x80 in a
-// length replaces the piece by a telegram of the first pattern.
+// Input: flags; up to four patterns, each behind a length byte; then pieces, each behind a length
+// byte. A length with 0x80 stands for a telegram of the first pattern in place of a piece.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <memory>

@@ -19,7 +19,7 @@ enum class Protocols {
   with_conversations,
 };
 
-/// Registers a target for each protocol, named `before`, the protocol's name, `behind`.
+/// Registers a target for each protocol. Example: "rule_" and "_reply" give "rule_dcon_reply".
 class RegisteredFor {
  public:
   RegisteredFor(Protocols which, const std::string& before, const std::string& behind,
