@@ -1,4 +1,5 @@
-// Tests of `Accounts`: the news for the listener, and the status in the point store.
+// Tests of `Accounts`: the news that it reports to the PollerListener, and the status that it
+// writes to the point store.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/counters/accounts.h"
 

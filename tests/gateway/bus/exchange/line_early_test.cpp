@@ -97,7 +97,7 @@ TEST_F(LineTest, APortThatDoesNotKeepItsClaimedBitRateIsDetected) {
   EXPECT_EQ(frames_.size(), 2U) << "from now on at once";
 }
 
-/// The program was stopped until 5 s, so the age of the early reply is unknown.
+/// The timer comes 4 s late, as after SIGSTOP, so the age of the early reply is unknown.
 TEST_F(LineTest, AnEarlyReplyIsDroppedWhenTheTimerIsVeryLate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);

@@ -107,7 +107,7 @@ class LineTest : public ::testing::Test, protected LineClient {
   std::vector<std::string> frames_;
   std::vector<ExchangeEnd> ends_;
   std::vector<StrayBytes> strays_;
-  std::size_t before_ = 0;  // bytes of strays_ that arrived before the end of the exchange
+  std::size_t before_ = 0;  // bytes in `strays_` that arrived before the end of the exchange
   int second_ = 0;
   const Bytes reply_ = ToyReply("A1=5");
 };

@@ -145,8 +145,8 @@ TEST_F(LineTest, TheOutcomeOfAWholeFrameDecidesWhetherTheLineDrains) {
   EXPECT_EQ(line_.state(), State::drain);
 }
 
-/// The late reply of relay 1 could be mistaken for the reply of relay 2, so the line waits for the
-/// aftermath. If replies contain their address, waiting for the drain suffices.
+/// The late reply of relay 1 could be mistaken for the reply of relay 2, so the line stays silent
+/// for the whole aftermath. If replies contain an address, the shorter `drain` suffices.
 TEST_F(LineTest, AfterAFailureOnlyDevicesWithUnnamedRepliesGetTheAftermath) {
   aftermath_ = 200ms;
   for (const bool named : {false, true}) {
@@ -165,7 +165,7 @@ TEST_F(LineTest, AfterAFailureOnlyDevicesWithUnnamedRepliesGetTheAftermath) {
 }
 
 /// A reply of another device does not end the exchange, because the requested reply can still
-/// arrive. Exception: the device is known to answer one request late (`lags`).
+/// arrive. A device that is known to answer one request late (`lags`) is an exception.
 TEST_F(LineTest, AReplyOfAnotherDeviceEndsOnlyTheExchangeOfALaggingDevice) {
   rule_ = [](View held, const protocols::Expectation&, bool) {
     return protocols::Cut::Discard(held.size(), Outcome::unexpected,

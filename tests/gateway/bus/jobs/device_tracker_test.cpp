@@ -70,7 +70,8 @@ TEST_F(DeviceTrackerTest, ADeviceOutOfUseIsNotPolledAfterThePortOpens) {
   EXPECT_EQ(Due(0s), "b");
 }
 
-/// Device a was sent a request before the port closed, so its late reply can still arrive.
+/// The port closed before device a replied. The late reply can arrive until the ceiling, the
+/// timeout of a whole exchange.
 TEST_F(DeviceTrackerTest, AfterThePortOpensOnlyTheDeviceWithALateReplyWaits) {
   owed_.late_replies.OnClosed(a, kStart - 100ms);
   Open();

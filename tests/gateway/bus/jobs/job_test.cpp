@@ -186,7 +186,7 @@ TEST_F(JobEndTest, AFailedReadBackMakesItsPointsDoubtful) {
   EXPECT_FALSE(EndOfReadBack(Outcome::no_reply).polls_first);
 }
 
-/// Another query can have the number of the missing query, so it is unknown which points were read.
+/// Another query can have the number of the removed query, so it is unknown which points were read.
 TEST_F(JobEndTest, AReadWhoseQueryIsGoneIsRepeated) {
   EXPECT_EQ(EndOfReadBack(Outcome::ok, true).read_again, std::vector<std::size_t>{0});
   EXPECT_TRUE(EndOfReadBack(Outcome::ok).read_again.empty());
@@ -253,7 +253,6 @@ TEST_F(JobEndTest, TheEndOfAWriteDependsOnItsProgressAndOutcome) {
   }
 }
 
-/// Makes NoteTold public.
 struct Told : WriteJob {
   using WriteJob::NoteTold;
   using WriteJob::WriteJob;

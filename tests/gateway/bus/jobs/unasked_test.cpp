@@ -1,4 +1,4 @@
-// Tests of `Speaker` and `EventBacklog`, for a device that sends unasked.
+// Tests of `Speaker`, for a device that sends unasked, and of `EventBacklog`, its unsaved events.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/jobs/unasked.h"
 

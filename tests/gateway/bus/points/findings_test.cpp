@@ -87,7 +87,7 @@ TEST(Findings, SilenceOnlyAfterShortPausesIsDetected) {
   EXPECT_EQ(findings.ShortPause(), Duration());
 }
 
-/// Example: a serial server with a smaller buffer was inserted.
+/// A possible cause is a new serial server with a smaller buffer.
 TEST(Findings, LongRepliesThatBecomeDamagedAreDetected) {
   Findings findings;
   const Finding whole{.symptom = clean, .bytes = 49, .expected = 49};
@@ -128,7 +128,8 @@ FailureRuns After(std::string_view exchanges) {
   return failures;
 }
 
-/// Example: "2x3" is two answered exchanges, then three failures; "2x3." has not ended.
+/// Example: "2x3" is two answered exchanges, then three failures. In "2x3." no answer has followed
+/// yet.
 std::string ShownRuns(const FailureRuns& failures) {
   std::string text;
   for (const FailureRuns::Run& run : failures.runs()) {

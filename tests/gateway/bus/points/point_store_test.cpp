@@ -1,4 +1,4 @@
-// Tests of `PointStore` and `ChangeFeed`, also with two threads.
+// Tests of `PointStore` and `ChangeFeed`, with one thread and with two.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/points/point_store.h"
 

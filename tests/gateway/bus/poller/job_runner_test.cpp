@@ -16,8 +16,8 @@ namespace {
 
 using ::testing::StartsWith;
 
-/// Runs jobs on a line with device A (points `read` and "2") and B ("1"), whose identities are
-/// proven.
+/// Runs jobs on a line with device A (points `read` and "2") and B ("1"). The constructor has read
+/// A's name.
 class Rig : private PollerListener, private RequestPort {
  public:
   explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
@@ -351,8 +351,8 @@ TEST(JobRunnerTest, ARefusedProbeLeavesItsWaitingWriteNotSent) {
   EXPECT_EQ(rig.results[0].end, WriteEnd::not_sent);
 }
 
-/// The query of point "L1" is dropped, so point "2" is query 0. While "2" is read, "L1" comes back,
-/// so "2" becomes query 1.
+/// The conversation drops the query of point "L1", so point "2" is query 0. While "2" is read, the
+/// query of "L1" comes back, and "2" becomes query 1.
 TEST(JobRunnerTest, AReplyGoesToTheRequestedPointAfterQueriesAreRenumbered) {
   Rig rig("L1");
   rig.Poll(0);

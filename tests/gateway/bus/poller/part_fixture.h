@@ -10,7 +10,8 @@
 
 namespace baudgate::bus {
 
-/// Device times: reply 200 ms, gap 20 ms, ceiling 1 s, drain 50 ms; 8N1 at 9600 bit/s.
+/// The times of a device are: reply 200 ms, gap 20 ms, ceiling 1 s, drain 50 ms (config::Timing).
+/// The serial format is 9600 8N1.
 struct ToyMembers {
   explicit ToyMembers(const std::string& port = "tcp://server:4001") { line.port = port; }
 

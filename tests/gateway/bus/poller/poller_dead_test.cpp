@@ -1,4 +1,5 @@
-// Tests of dead devices under virtual time: what they cost, and how soon a return is noticed.
+// Tests of dead devices under virtual time: how much line time they cost, and how soon a device
+// that returns is noticed.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -272,9 +273,8 @@ TEST(PollerFaults, DoubledRepliesGiveNoWrongValues) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// The line rested for longer than the reply time of the fast device, but not of the slow device.
-/// So a second reply can also be mistaken for the reply of the slow device, and its last reading
-/// must be read again.
+/// Device a sends a reply twice. The copy can be mistaken for a reply of device b, because the
+/// silence before it was shorter than b's reply time of 2 s. So b must be read again.
 TEST(PollerFaults, ASecondReplyOfAFastDeviceMakesASlowDeviceBeReadAgain) {
   config::Line bus = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   bus.devices[0].poll = 300ms;
@@ -330,8 +330,8 @@ TEST(PollerFaults, ADeviceWhoseOnlyReplyHasAnOddFormIsNotOffline) {
   EXPECT_NE(line.QualityOf(0, 0), Quality::good);
 }
 
-/// A copy is mistaken for the reply to the next request. The true reply follows, so the last
-/// reading must become uncertain and be read again.
+/// Each copy is mistaken for the reply to the next request. When the true reply follows, the
+/// gateway detects the mistake, and the last reading must become uncertain and be read again.
 class SecondReply : public ::testing::TestWithParam<std::size_t> {};
 
 TEST_P(SecondReply, ACopyMistakenForTheNextReplyIsDetected) {

@@ -337,7 +337,8 @@ TEST(PollerFaults, TheDeviceIsGoodAgainAfterAnEndlessStream) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-/// Replies do not contain what was read (as in DCON). The think time goes up to the ceiling.
+/// As in DCON, replies do not contain what was read. The device thinks for up to 900 ms, within the
+/// ceiling of 1 s.
 TEST(PollerLate, LateAnswersAreNeverStoredForOtherPoints) {
   for (Duration think = 5ms; think < 900ms; think += 11ms) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2", "U3"})}), {&ToyProtocol()});
@@ -372,7 +373,7 @@ TEST(PollerLate, ALateReplyIsDetectedWhenItMeetsTheRetry) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);
-  line.twin(0).manner.think = 300ms;  // reply time 200 ms, drain 50 ms
+  line.twin(0).manner.think = 300ms;  // more than the reply time of 200 ms and the drain of 50 ms
   line.RunFor(1500ms);
   const DeviceStatus status = line.StatusOf(0);
   EXPECT_GT(status.late, 0U);
@@ -429,7 +430,8 @@ TEST(PollerLate, AnAlwaysLateDeviceGetsMoreReplyTime) {
   line.always = [&] { ExpectOnlyTruth(line, 2, 1); };
   line.Open();
   line.RunFor(1500ms);
-  line.twin(0).manner.think = 220ms;  // reply time 200 ms, drain 50 ms
+  // more than the reply time of 200 ms, within the drain of 50 ms
+  line.twin(0).manner.think = 220ms;
   line.RunFor(20s);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);

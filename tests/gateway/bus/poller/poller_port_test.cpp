@@ -1,4 +1,5 @@
-// Tests of a port that closes and opens, of sessions, and of the status, under virtual time.
+// Tests of a port that closes and opens, of sessions (points that need a login), and of the status,
+// under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

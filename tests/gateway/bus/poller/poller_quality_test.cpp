@@ -144,7 +144,8 @@ config::Device Entry(const std::string& name, const std::string& address) {
   return device;
 }
 
-/// Devices 0 and 1 are slave 20, device 2 is slave 21. Slaves have 120 registers and eight coils.
+/// Devices 0 and 1 have the address of slave 20, device 2 that of slave 21. Each slave has 120
+/// registers and eight coils.
 struct OutdatedLine : RoutedLine {
   enum : std::uint32_t { whole, bit, next, coil, pair, input, apart };
 

@@ -11,7 +11,8 @@ namespace {
 
 using Pieces = std::vector<tools::TimedPiece>;
 
-// Function 16: its reply does not contain the value, so replies to start and stop are equal.
+// These requests use function 16. Its reply does not contain the value, so the replies to start and
+// stop are equal.
 constexpr const char* kStartBlock = "10 00 00 00 01 02 00 02";
 constexpr const char* kStopBlock = "10 00 00 00 01 02 00 00";
 constexpr const char* kOdd = "41 00 00";
@@ -80,8 +81,8 @@ TEST(PollerRoutedFaults, ADamagedReadIsNotRetriedIfItsClientHasLeft) {
   }
 }
 
-// Replies to function 16 do not contain the value, so a PLC could mistake a running motor for a
-// stopped motor.
+// The replies to both writes of function 16 are equal. A PLC could take the late reply to the start
+// for the stop, while the motor runs.
 TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -288,7 +289,8 @@ TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotBlockTheSlaveForOthers) {
   EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
 }
 
-// A busy client of another slave leaves 2 % of the line's time for probes, so a probe comes late.
+// A busy client of slave 20 leaves 2 % of the line's time for probes, so slave 21 is probed long
+// after its return.
 TEST(PollerRoutedFaults, AWriteReachesAReturnedSlaveBeforeAProbeFindsIt) {
   RoutedLine line;
   BusyClients clients(line);
@@ -419,8 +421,8 @@ TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
       << "nothing was asked since";
 }
 
-// Two devices of the configuration are the same slave. Every fifth reply is late, and no reply
-// contains its register number.
+// Two devices of the configuration have the address of the same slave. Every fifth reply is late,
+// and no reply contains its register number.
 TEST(PollerRoutedFaults, ALateReplyToOneEntryIsNotStoredForTheOtherEntry) {
   for (Duration late = 100ms; late < 1050ms; late += 37ms) {
     SCOPED_TRACE(FormatDuration(late));

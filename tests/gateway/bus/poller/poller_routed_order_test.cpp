@@ -39,7 +39,6 @@ std::size_t StartBlock(RoutedLine& line) {
   return before;
 }
 
-// If the command were sent after the routed stop, the motor would run on.
 TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
   RoutedLine line(WrittenDrive(), {"21"});
   const std::size_t before = StartBlock(line);
@@ -333,7 +332,8 @@ TEST(PollerRoutedOrder, AnIdleLineWakesForTheProbe) {
   EXPECT_EQ(line.Of("probe").outcome, Outcome::ok);
 }
 
-// Probes get 2 % of a busy line: with a reply time of 500 ms, one probe every 25 s.
+// Probes get 2 % of a busy line's time. A probe that waits 500 ms for a reply can be sent every 25
+// s.
 TEST(PollerRoutedOrder, ASlaveReturningBesideABusySlaveIsServedWithinHalfAMinute) {
   RoutedLine line;
   BusyClients clients(line);

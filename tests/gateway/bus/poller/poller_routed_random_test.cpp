@@ -169,7 +169,8 @@ Tally ReadAtRandom(unsigned seed) {
   return TallyOf(line);
 }
 
-// A Modbus RTU reply does not contain its register number, so only the order assigns it.
+// A Modbus RTU reply does not contain its register number, so only the order of replies shows its
+// register.
 TEST(PollerRoutedRandom, NoReadReturnsAValueOfAnotherRegister) {
   int ok = 0;
   for (unsigned seed = 1; seed <= 150; ++seed) {
@@ -241,8 +242,8 @@ TEST(PollerRoutedEcho, AnEarlyEchoDoesNotConfirmTheFirstWrite) {
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
 
-// The echo arrives after the request, so it is not early. Only a read shows that the bus echoes,
-// because its reply differs from its request.
+// The echo arrives after the request, so the port is no reason to reject it. A read reveals that
+// the bus echoes, because the echo differs from the reply.
 TEST(PollerRoutedEcho, AnEchoDoesNotConfirmAWriteAfterAReadRevealedTheEcho) {
   RoutedLine line(DriveLine(), {"20"});
   bool dead = false;

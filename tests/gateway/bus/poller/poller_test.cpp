@@ -287,7 +287,8 @@ TEST(PollerDaily, AnUnansweredPointIsRequestedEveryFiveMinutes) {
   EXPECT_LE(tasks, 121U);
 }
 
-// The device was silent for one poll, so the daily value can be that of another device.
+// After the silence to "?A2", replies can be in a wrong order, so the daily value can be that of
+// another point.
 TEST(PollerDaily, APointIsReadAgainAfterSilence) {
   VirtualLine line = OneDaily();
   line.Open();
@@ -302,7 +303,8 @@ TEST(PollerDaily, APointIsReadAgainAfterSilence) {
   EXPECT_EQ(line.CountSent("?A1"), 2U);
 }
 
-/// Device B sends a second reply when `doubled` is set. The refusal of A can be such a reply.
+/// Device B sends a second reply when `doubled` is set. A refusal by device A before it can have
+/// been such a stray reply.
 struct Doubled {
   explicit Doubled(config::Device a)
       : line(ToyLine({std::move(a), ToyDevice("b", "B", {"1"})}), {&ToyProtocol()}) {

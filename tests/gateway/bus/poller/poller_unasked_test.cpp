@@ -1,4 +1,4 @@
-// Tests of tasks for which a device has no request, of `TurnLimit`, and of replies.
+// Tests of `TurnLimit`, of odd replies, and of tasks for which a device has no request.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -38,7 +38,7 @@ class PollerWriteEnd : public ::testing::Test {
     return line_.StatusOf(0).writes.ends[static_cast<std::size_t>(end)];
   }
 
-  // Points: 0 and 1 plain, 2 is accessible in a session only.
+  // Points 0 and 1 are plain; point 2 needs an open session.
   VirtualLine line_{ToyLine({ToyDevice("a", "A", {"1", "2", "S3"})}), {&ToyProtocol()}};
   std::vector<WriteResult> results_;
 };

@@ -9,8 +9,7 @@
 
 namespace baudgate::bus {
 
-// PDUs of requests, in hex.
-inline constexpr const char* kRead = "03 00 00 00 01";  // reads one register
+inline constexpr const char* kRead = "03 00 00 00 01";
 inline constexpr const char* kOther = "03 00 01 00 01";
 inline constexpr const char* kBlock = "03 00 00 00 78";  // reads 120 registers
 inline constexpr const char* kStartDrive = "06 00 00 00 02";

@@ -1,5 +1,5 @@
-// Tests of `AnswerOrder`, `ReplyOrders` and `Patience`. Requests are letters. Only the reply to 'P'
-// (a proof) differs from the replies to other letters.
+// Tests of `AnswerOrder`, `ReplyOrders` and `Patience`. A request is a letter. The reply to 'P'
+// proves its order, because it differs from the replies to all other letters, which are equal.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -124,8 +124,8 @@ TEST(AnswerOrderTest, AnUnmatchedReplyChangesNothingUntilTheOrderIsLost) {
   EXPECT_TRUE(order.order.IsInStep());
 }
 
-/// Each request is answered one request late. With three requests late, the replies would look the
-/// same.
+/// The device answers each request one request late. If it were three requests late, the same
+/// replies would come.
 TEST(AnswerOrderTest, MoreProofsResolveAnAmbiguousLag) {
   Order order;
   for (int i = 0; i < 3; ++i) {
@@ -289,8 +289,9 @@ TEST_F(ReplyOrdersTest, DeviceAndLineOrderMustAgreeForUnnamedReplies) {
       orders_.Reset(a);
       orders_.Reset(b);
       protocols::Request asked = AskFor("?A1\r");
-      asked.numbered = !named;  // a converter may have written the address, so only the number in
-                                // the reply counts
+      // A converter can write the address into a reply of any device, so only a number in the reply
+      // counts.
+      asked.numbered = !named;
       const bool doubted = lost == &a || !named;
       Send(*lost, AskFor("?A2\r", named));
       EXPECT_EQ(orders_.IsSafe(Of(a, asked)), !doubted);

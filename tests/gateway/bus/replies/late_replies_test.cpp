@@ -71,7 +71,7 @@ TEST_F(LateRepliesTest, TheReplyToAnUnknownRequestIsAwaitedUntilTheCeiling) {
   EXPECT_EQ(LateUntil(a), 1s);
 }
 
-// The port is a serial server, which delivers a late reply to the next connection.
+// The port is a serial server, which delivers a late reply even if the connection was renewed.
 TEST_F(LateRepliesTest, TheReplyToAnExchangeThatEndedEarlyIsAwaitedUntilTheCeiling) {
   Exchange(a, 0ms, 10ms, Outcome::no_reply);
   EXPECT_GE(LateUntil(a), 1000ms);
@@ -131,8 +131,8 @@ TEST_F(LateRepliesTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   EXPECT_LT(late_.OnStray({9, 100ms}, kStart + 3100ms).lateness, 200ms);
 }
 
-/// The reply at 650 ms can answer the request at 0 ms. So the reply to the request at 300 ms can
-/// also arrive 650 ms after its request.
+/// The reply at 650 ms may answer the first try, sent at 0 ms. So the reply to the second try, sent
+/// at 300 ms, may also take 650 ms.
 TEST_F(LateRepliesTest, AfterARetryTheLineWaitsForAnswersToEarlierTries) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms) << "a probe says that it is in order";
@@ -237,7 +237,8 @@ TEST_F(LateRepliesTest, BytesAfterARetryAnsweredForTheFirstTryAreALateReply) {
   EXPECT_EQ(late_.ExtraDrain(a), 230ms) << "260 ms and a gap, less the drain";
 }
 
-/// The reply to the retry is not due yet. One late reply, to the first try, can be chance.
+/// The bytes at 400 ms can be a late reply to the first try. A single late reply can be chance, so
+/// it does not count.
 TEST_F(LateRepliesTest, TheAnswerToTheRetryIsInTime) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 250ms, 300ms, Outcome::ok, true);
@@ -311,7 +312,7 @@ TEST_F(LateRepliesTest, NoiseAfterTheRetryOfADamagedReplyIsNoLateReply) {
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
-/// When the device releases the bus after its answer to the retry, noise follows.
+/// After its answer to the retry, the device releases the bus, which makes noise.
 TEST_F(LateRepliesTest, NoiseAfterTheRetryOfALostRequestIsNoLateReply) {
   request_.expect.shapes = {{.min_length = 9}, {.min_length = 5}};
   const auto repeat = [this](Duration began, std::size_t bytes) {

@@ -16,8 +16,8 @@ class LostRepliesTest : public ::testing::Test, protected ToyMembers {
   void Lose(std::string_view requests, Instant at = kStart) {
     for (const char request : requests) lost_.OnLost(a, Request(request), at);
   }
-  /// Returns how often `request` must be sent until a reply certainly answers it. The replies to
-  /// the lost requests in `like` look like its reply.
+  /// Returns how often `request` must be sent until a reply certainly answers it. Replies to lost
+  /// requests whose letter is in `like` look the same as its reply.
   std::size_t RepliesUntilOwn(char request, std::string_view like, Instant began = kStart) {
     for (std::size_t count = 1; count < 20; ++count) {
       const LostReplies::Older older =

@@ -1,4 +1,4 @@
-// Tests of `OwedReplies`: how outstanding replies change an exchange.
+// Tests of `OwedReplies`: how replies that have not come yet change an exchange.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -132,7 +132,8 @@ TEST_F(OwedRepliesTest, ATrustedDeviceHasNoOutstandingRepliesBeforeAFirstTry) {
   }
 }
 
-/// The late reply arrives only after the next request, so waiting for it is useless.
+/// The late reply arrives only after the next request, so waiting for the ceiling of 1 s is
+/// useless.
 TEST_F(OwedRepliesTest, ALaggingDeviceGetsOnlyTheDrainAsAftermath) {
   BeLate(100ms);
   asked_.sent = kStart - 5s;

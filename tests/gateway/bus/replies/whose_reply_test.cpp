@@ -1,5 +1,6 @@
-// Tests of `WhoseReply`, by the table in whose_reply.cpp. "?A…" polls device a, "PA…" asks for its
-// name. A reply "!=1*XX" can answer any request "U…", because it does not contain what was read.
+// Tests of `WhoseReply`, by the table in gateway/bus/replies/whose_reply.cpp. "?A…" polls device a,
+// "PA…" asks for its name. A reply "!=1*XX" can answer any request "U…", because it does not
+// contain what was read.
 #include "gateway/bus/replies/whose_reply.h"
 
 #include <gtest/gtest.h>
@@ -34,10 +35,10 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
                        kStart + sent_ * 1s);
     return verdict;
   }
-  /// Runs exchanges and returns the verdict on the last reply. "PA0:A0" is a request and its reply,
-  /// "UA1:" is not answered, "*UA1:=1" is a probe by a read, "-UA1:=1" has a reply without an
-  /// address, "WA1:A1=1" is a write, "open" opens the port, "back": the device can have been
-  /// replaced.
+  /// Runs exchanges and returns the verdict on the last reply. "PA0:A0" is a request and its reply;
+  /// "UA1:" is not answered; "*UA1:=1" is a probe that reads a point; "-UA1:=1" has a reply without
+  /// an address; "WA1:A1=1" is a write. "open" opens the port. "back" says that the device was
+  /// absent and may have been replaced.
   std::string Run(const std::string& history) {
     std::istringstream words(history);
     std::string follows;
@@ -111,7 +112,7 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
 };
 
 struct WhoseReplyCase {
-  int row;  // row of the table in whose_reply.cpp
+  int row;  // row of the table in gateway/bus/replies/whose_reply.cpp
   const char* history;
   const char* follows;
 };
@@ -346,7 +347,8 @@ TEST_F(WhoseReplyTest, OnlySilenceRequiresANewProbe) {
   EXPECT_TRUE(NeedsProbe(a, two_)) << "nor was the probe answered";
 }
 
-/// Silence to a retry, a write or a known request does not show that the request is ignored.
+/// A device may ignore a request for ever, but silence shows this only for the first try of a read
+/// that was never answered (`known`).
 TEST_F(WhoseReplyTest, OnlySilentFirstTriesOfReadsCountAsUnanswered) {
   struct Case {
     bool retry = false;
@@ -371,8 +373,8 @@ TEST_F(WhoseReplyTest, OnlySilentFirstTriesOfReadsCountAsUnanswered) {
   }
 }
 
-/// The device is five replies late, so a request would have to be repeated five times until its own
-/// reply arrives. Instead, a probe precedes each task.
+/// The device is five replies late. To get the reply to a request, the request would have to be
+/// sent five times. Instead, a probe precedes each task.
 TEST_F(WhoseReplyTest, ADeviceThatLagsByMoreThanFourIsProbedBeforeEachTask) {
   Run("PA0:A0 UA1: UA1: UA1: UA1: UA1: PA0:=1 PA0:=1 PA0:=1 PA0:=1 PA0:=1 PA0:A0");
   EXPECT_FALSE(NeedsProbe(a, one_)) << "names are owed, and these are recognised";
@@ -500,7 +502,8 @@ TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
   EXPECT_FALSE(Reply(a, name_, "A0").replaced);
 }
 
-/// The reply A0=7 came twice, but the first can be the reply to ?A0.
+/// A frame becomes the device's new name if it comes twice. Here the first A0=7 can be the reply to
+/// ?A0.
 TEST_F(WhoseReplyTest, TheReplyToAnEarlierRequestIsNotTakenAsANewName) {
   Run("PA0:A0 UA1:=1 ?A0:A0=7 PA0:A0=7");
   orders_.Reset(a);
@@ -523,7 +526,8 @@ TEST_F(WhoseReplyTest, RefusalsDoNotCountAsRepliesToStrangers) {
   EXPECT_EQ(orders_.Owed(Of(a, one_)), 3);
 }
 
-/// The probe is a read of unusual length. A rare poll can have a reply of the same length.
+/// The probe is a read of a length that regular polls do not use. A rare poll can have a reply of
+/// the same length.
 TEST_F(WhoseReplyTest, ProbesUnlikeThePollsLeaveThreeRepliesOutstanding) {
   protocols::Request longer = AskFor("UA9\r");
   longer.unlike_polls = true;
@@ -546,7 +550,8 @@ TEST_F(WhoseReplyTest, ADeviceWithoutAProofIsTrustedFromItsFirstReply) {
   EXPECT_TRUE(Reply(a, one_, "=1").proven);
 }
 
-/// A text in place of a number can be the reply to another request, if one is outstanding.
+/// A text in place of a number is odd: it can be the reply to an earlier request, unless no reply
+/// is outstanding.
 TEST_F(WhoseReplyTest, AnOddFormIsAcceptedOnlyAfterAReadInStep) {
   Reply(a, name_, "A0");
   Send(Of(a, one_));

@@ -219,7 +219,7 @@ TEST(ProbeBudget, ADelayingProbeIsSentWhenOthersWaitLeast) {
 TEST(ProbeBudget, OnlyTheWaitOfOthersIsCharged) {
   ProbeBudget budget;
   budget.OnProbe(kStart, kStart + 600ms, 100ms);
-  const Instant earned = kStart + 5s;  // 100 ms / 2 %
+  const Instant earned = kStart + 5s;  // the probe's cost of 100 ms, divided by 2 %
   EXPECT_EQ(budget.NextProbe(earned - 1ms, earned, earned - 1ms, 600ms), std::nullopt);
   EXPECT_EQ(budget.NextProbe(earned, earned, earned, 600ms), earned);
 }

@@ -1,4 +1,5 @@
-// Tests of `Schedule`: the grid of periods, fairness, missed periods, events, restart and hold.
+// Tests of `Schedule`: polls at multiples of their period, fairness, missed periods, events,
+// restarts, and a held schedule.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/schedule/schedule.h"
 
@@ -673,8 +674,8 @@ TEST(Schedule, ANewPlanContinuesTheRoundInProgress) {
 TEST(Schedule, ANewPlanContinuesSlowAndDailyRounds) {
   const struct {
     Group group;
-    std::size_t now;  // number of queries in the new plan; the old plan had three, one of which had
-                      // been asked
+    // number of queries in the new plan; in the old plan one of three queries had been read
+    std::size_t now;
     std::vector<std::size_t> asked;
   } kRows[] = {{Group::slow, 3, {2, 3}},
                {Group::slow, 2, {2}},

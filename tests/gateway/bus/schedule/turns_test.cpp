@@ -16,7 +16,8 @@ namespace {
 using Choice = Turns::Choice;
 using ::testing::ElementsAre;
 
-/// Returns the first `count` choices, if each choice in `has` always has something to send.
+/// Returns the first `count` choices of `turns`. Each choice in `has` always has something to send;
+/// other choices never have.
 std::vector<Choice> Play(Turns& turns, const Turns::Waiting& waiting,
                          const std::vector<Choice>& has, std::size_t count) {
   std::vector<Choice> taken;
@@ -246,7 +247,8 @@ TEST(Background, ALongExchangeIsForgottenSlowly) {
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
   line.background.NoteEnd(0, 240ms);
-  for (int i = 0; i < 32; ++i) line.background.NoteEnd(0, 20ms);  // times (63/64)^32: 153 ms remain
+  // 240 ms times (63/64)^32: 153 ms remain
+  for (int i = 0; i < 32; ++i) line.background.NoteEnd(0, 20ms);
   EXPECT_TRUE(line.background.HasRoom(0, kStart + 1s - 230ms));
   EXPECT_FALSE(line.background.HasRoom(0, kStart + 1s - 228ms));
 }

@@ -59,7 +59,8 @@ TEST_F(RequestBookTest, TheSameNumberForAnotherRequestIsRefused) {
 }
 
 TEST_F(RequestBookTest, ARequestOfAnEarlierRunIsNotRepeated) {
-  // The audit log is not read yet. It will return the requests of earlier runs, the latest first.
+  // The audit log is still being read. Later it returns the requests of earlier runs, the latest
+  // first.
   std::optional<PastRequests> past;
   book_ = RequestBook([&past] { return past; });
   EXPECT_EQ(Begin(RequestOf(40)), What::refused);

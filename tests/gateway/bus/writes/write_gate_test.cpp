@@ -1,4 +1,4 @@
-// Tests of `WriteGate`: the rules in their order. Nothing of a refused request is sent.
+// Tests of `WriteGate`: the order of its rules, and that a refused write sends nothing.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/write_gate.h"
 

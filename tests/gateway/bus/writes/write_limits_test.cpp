@@ -164,7 +164,7 @@ TEST(WriteLimits, LimitsApplyToWholeNumbers) {
   EXPECT_TRUE(WhyOutside(point, std::uint64_t{1} << 63U));
 }
 
-/// The number is 7.5 with its words exchanged.
+/// The number below is 7.5 with its words exchanged.
 TEST(WriteLimits, AFloat32InTheWrongWordOrderIsRefused) {
   const config::Point point = SettingOf(Type::float32);
   EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41).value_or(""),
