@@ -1,4 +1,4 @@
-// Tests of `WhyNotTrusted`: who could change a file that the gateway believes.
+// Tests of `WhyNotTrusted`, which says who else could change a file that the gateway relies on.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/trusted_file.h"
 

@@ -1,4 +1,5 @@
-// Tests of `Worker` and `WorkThread`. The test lets each round of a worker begin and end.
+// Tests of `Worker` and `WorkThread`. A `Gate` lets the test decide when a call of the worker's
+// function ends.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/worker.h"
 

@@ -226,7 +226,7 @@ struct CountedNews final : bus::EventSink {
   std::atomic<int> late = 0;
 };
 
-/// A new line of the same name can run already, and would get the alarm of the removed line.
+/// The alarm of a removed line would be taken for an alarm of a new line with the same name.
 TEST(Lines, AnAbandonedLineReportsNothingWhenItsDriverReturns) {
   config::Config config;
   config.lines = {ToyLine({ToyDevice("a", "A", {"1"})})};

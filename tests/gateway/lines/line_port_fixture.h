@@ -181,8 +181,9 @@ class LinePortTest : public testing::Test {
   FixedValues values_ = ToyValues();
   std::unique_ptr<protocols::Twin> twin_;
   bool answers_ = true;
-  bool closes_ = false;                // the server closes the connection after each answer
-  std::set<std::uint8_t> closes_for_;  // closes in place of an answer of these addresses
+  bool closes_ = false;  // the server closes the connection after each answer
+  // the server closes the connection in place of answering these addresses
+  std::set<std::uint8_t> closes_for_;
   LoosePort port_;
   FakeRetries retries_;
   NewsSink sink_;

@@ -117,14 +117,14 @@ TEST(RestingConnection, AnEndInUseIsADrop) {
     Duration since;
     bool drops;
   } rows[] = {
-      {1, false, 2ms, false},    // after each answer
-      {8, false, 300ms, true},   // between two requests
-      {8, false, 20ms, true},    // between two requests, soon after an answer
-      {8, false, 500ms, false},  // idle for longer than before
-      {8, false, 20s, false},    // idle for longer than before
-      {1, true, 2ms, false},     // the request was sent after the end
-      {8, true, 2ms, true},      //
-      {0, true, 300ms, false},   // the server never answers
+      {1, false, 2ms, false},    // the server closes after each answer
+      {8, false, 300ms, true},   // the connection ends between two requests
+      {8, false, 20ms, true},    // the connection ends between two requests, soon after an answer
+      {8, false, 500ms, false},  // the connection was idle for longer than ever before
+      {8, false, 20s, false},
+      {1, true, 2ms, false},    // the request was sent after the connection had ended
+      {8, true, 2ms, true},     //
+      {0, true, 300ms, false},  // the server never answers
   };
   for (const auto& row : rows) {
     RestingConnection rest(false);

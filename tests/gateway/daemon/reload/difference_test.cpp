@@ -1,4 +1,5 @@
-// Tests what a changed configuration does, and when it needs a restart.
+// Tests which lines and settings a changed configuration restarts, and when a restart of the
+// gateway is needed.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/reload/difference.h"
 
@@ -203,7 +204,7 @@ TEST(Difference, ListenersThatBlockEachOtherNeedARestart) {
 
 TEST(Difference, HistoryPointsAreComparedByName) {
   Config running = Sample();
-  running.history.points.push_back({.device = 2, .point = 1});  // y-a.voltage
+  running.history.points.push_back({.device = 2, .point = 1});  // device 2 is y-a, point 1 voltage
   Config next = Sample();
   std::swap(next.lines[0], next.lines[1]);
   next.history.points.push_back({.device = 0, .point = 1});
@@ -491,7 +492,7 @@ TEST(Placement, ReferencesToDevicesAndLinesAreRenumbered) {
     }
     return config;
   };
-  const Config running = with_numbers(Sample(), 3, 1);  // y-b
+  const Config running = with_numbers(Sample(), 3, 1);  // number 3 is device y-b
   Config next = Sample();
   next.lines.erase(next.lines.begin());
   next.lines[0].port = "/dev/other";

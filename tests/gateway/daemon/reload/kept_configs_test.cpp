@@ -1,4 +1,5 @@
-// Tests which configuration the gateway uses at its start. "again" is a restart, also by kill -9.
+// Tests which configuration the gateway uses at its start. In the names of tests, "again" is a
+// restart, also after kill -9.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -186,7 +187,8 @@ TEST(Probation, ADeviceIsGivenTimeAfterItsPortWasLent) {
   EXPECT_TRUE(probation.Look(kStart + 50s, {{"bay.a", Health::unknown}}));
 }
 
-// At the second trial, bay.a has not been polled yet, so its state before the first trial counts.
+// When the second trial begins, bay.a has not been polled yet. So its state before the first trial
+// is compared.
 TEST(Probation, RestartedDuringATrialRemembersWhichDevicesWorkedBefore) {
   Probation probation;
   probation.Begin(kStart, 60s, {{"bay.a", Health::well}});

@@ -358,7 +358,8 @@ std::string Times(int times, std::string_view part) {
   return text;
 }
 
-/// Returns, for example, "3.0 s every 15 s"; nothing if the failures are single losses.
+/// Returns length and period of outages, such as "3.0 s every 15 s"; empty if the failures are
+/// single losses.
 std::string Shown(const bus::FailureRuns& failures) {
   const auto found = FindAbsences(failures);
   if (!found) return {};

@@ -196,7 +196,8 @@ TEST_F(DiagnoseTest, TheByteOrderThatMakesAllNumbersPlausibleIsNamed) {
   config::Device& its = config_.lines[0].devices[1];
   its.traits = &protocols::ModbusRtuProtocol().traits;
   its.options.Set("order", std::string("ABCD"));
-  // 230.25 is 43 66 40 00, 50.02 is 42 48 14 7B. Here the words are swapped.
+  // As a float32, 230.25 is 43 66 40 00, and 50.02 is 42 48 14 7B. The values below have their
+  // words swapped.
   for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
     its.points[i].type = config::Type::float32;
     its.points[i].scale = 1;
@@ -231,7 +232,7 @@ TEST_F(DiagnoseTest, NumbersReadOneRegisterTooFarNameTheAddresses) {
   }
   EXPECT_THAT(Say()[0], ::testing::EndsWith(
                             "Correct their addresses: one register lower (or higher) they fit"));
-  // Another value follows. Now order and address explain the numbers equally well.
+  // The third value is good, too. Now word order and address explain the numbers equally well.
   record_.points[2].value = static_cast<double>(std::bit_cast<float>(0x00004220U));
   EXPECT_THAT(Say()[0],
               ::testing::EndsWith("Set order: CDAB, or correct their addresses by one register; "
@@ -274,7 +275,8 @@ TEST_F(DiagnoseTest, ImplausibleIntegersAreReported) {
   }
 }
 
-/// Examples: NaN of a stopped motor, FFFFFFFF of a meter for one direction, an optional register.
+/// Points without a value are usual: a stopped motor sends NaN, a meter for one direction sends
+/// FFFFFFFF, an optional register is refused.
 TEST_F(DiagnoseTest, AMissingOptionalPointIsReportedAsUsual) {
   const struct {
     Quality quality;

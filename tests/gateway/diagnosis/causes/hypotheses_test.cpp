@@ -113,7 +113,7 @@ TEST_F(HypothesesTest, AnotherMasterSeenBesideANeighbourIsReported) {
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("another master. One"));
 }
 
-/// Meters that answer at the same time damage each other's replies.
+/// If two meters answer at the same time, their replies damage each other and break off.
 TEST_F(HypothesesTest, ACommonAddressIsReportedWhenRepliesAreDoubled) {
   config_.lines[0].devices[1].traits = &protocols::Set4tmProtocol().traits;
   Looked(device(), tail_lost, 12, {.bytes = 8, .expected = 16});

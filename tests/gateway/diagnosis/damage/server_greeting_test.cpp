@@ -119,8 +119,9 @@ TEST_F(HeardExchangeTest, KeepsNoMoreThanALongReply) {
   EXPECT_LE(exchange_.arrivals().size(), 256U);
 }
 
-/// Returns `text` as received at `per_bit` times its bit rate: ten bits for each character, no
-/// pauses. Without a stop bit, a UART delivers FF and takes that bit for the next start bit.
+/// Returns the bytes that a UART with a wrong bit rate receives. `per_bit` is the number of its
+/// bits in one bit of `text`, which is sent as 8N1 without pauses. If a stop bit is 0, the UART
+/// delivers FF and takes this bit for the next start bit.
 Bytes Received(std::string_view text, double per_bit) {
   std::vector<bool> wire;
   for (const char character : text) {

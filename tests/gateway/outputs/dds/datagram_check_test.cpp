@@ -45,7 +45,8 @@ TEST(DatagramCheck, RemovesATrailingVendorSubmessage) {
   EXPECT_EQ(check.Check(bytes, kPeer, kStart).length, bytes.size() - 60);
   const Bytes& cyclone = Captured().at("cyclone_heartbeats");
   EXPECT_EQ(check.Check(cyclone, kPeer, kStart).length, cyclone.size());
-  // Alone in a datagram, this vendor submessage once ended Fast DDS, so only the header must pass.
+  // Alone in a datagram, this vendor submessage made Fast DDS end its process, so only the header
+  // must pass.
   Bytes statistics = Rtps("80 01 38 00");
   statistics.resize(statistics.size() + 57, 0xEE);
   statistics.resize(20 + 60);
@@ -347,7 +348,8 @@ TEST(DatagramCheck, DemandsTheOrderOfSecuredSubmessages) {
   EXPECT_EQ(reason(heartbeat, Secured::allowed), Refusal::none);
 }
 
-/// Returns a handshake message that claims to contain `count` tokens (4 bytes in hex).
+/// Returns a DDS Security handshake. `count`: the number of tokens that it claims to contain (4
+/// bytes in hex).
 Bytes HandshakeMessage(std::string_view count) {
   std::string hex = "00 00 10 00 00 02 01 C4 00 02 01 C3 00 00 00 00 01 00 00 00 00 01 00 00 ";
   for (int i = 0; i < 96; ++i) hex += "00 ";
@@ -411,7 +413,7 @@ TEST(DatagramCheck, LimitsTheNumberOfParticipants) {
   EXPECT_EQ(check.Check(AnnouncementOf(4), kPeer, kStart).reason, Refusal::participants);
   EXPECT_EQ(check.Check(AnnouncementOf(2), kPeer, kStart).reason, Refusal::none) << "again";
   EXPECT_EQ(check.participants().size(), 3U);
-  // Participant 2 leaves as Fast DDS does: with the hash of its key.
+  // Fast DDS announces the end of participant 2 by the hash of its key, without the key itself.
   Bytes leaves = Rtps("15 03 34 00 00 00 10 00 00 01 00 C7 00 01 00 C2 00 00 00 00 02 00 00 00", 2);
   Append(leaves, View(*ParseHex("70 00 10 00")));
   Append(leaves, View(Rtps("", 2)).subspan(8));
@@ -457,7 +459,6 @@ TEST(DatagramCheck, TracksParticipantsThatConfirmedAnAnnouncement) {
       "32 00 18 00 01 00 00 00 F2 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 0A "
       "00 00 01";
   const auto ack = [](const char* next) {
-    // reader 00 00 03 C7, writer 00 00 03 C2
     return Rtps("06 01 18 00 00 00 03 C7 00 00 03 C2 00 00 00 00 " + std::string(next) +
                     " 00 00 00 00 01 00 00 00",
                 1);

@@ -24,7 +24,7 @@
 
 namespace baudgate::dds::testing {
 
-/// Test processes that run at the same time use different domains.
+/// Returns a domain that test processes which run at the same time do not share.
 inline int TestDomain() { return 100 + static_cast<int>(::getpid() % 100); }
 
 inline config::Config MakeConfig(std::size_t devices, std::size_t points_each) {
@@ -90,7 +90,8 @@ class Published {
     return changed_.wait_for(lock, std::chrono::seconds(20), condition);
   }
 
-  // Must be read inside WaitFor, or when all publishers have ended.
+  // Threads of Fast DDS change these members. Read them inside WaitFor, or when all publishers have
+  // ended.
   std::map<Key, PointSample> points;
   std::map<Key, Gone> gone;
   std::map<std::string, DeviceSample> devices;
@@ -119,7 +120,8 @@ inline SubscriberOptions TestSubscriber() {
   return {.participant = {.domain = TestDomain(), .interfaces = {"127.0.0.1"}}};
 }
 
-/// Gateway and DDS process in one object. Samples are encoded and decoded as on the link.
+/// Writes samples as the gateway does, and passes them encoded to a LinkServer, the receiving end
+/// in the DDS process.
 class ThroughLink : public SampleWriter {
  public:
   explicit ThroughLink(std::unique_ptr<SampleWriter> writer)
@@ -166,7 +168,8 @@ class ThroughLink : public SampleWriter {
     return Sent::yes;
   }
 
-  std::unique_ptr<SampleWriter> held_;  // empty when the server has opened it
+  // empty once `server_` has opened the link and taken the writer
+  std::unique_ptr<SampleWriter> held_;
   std::atomic<SampleWriter*> writer_;
   LinkServer server_{[this](const LinkOpen&) { return Result(std::move(held_)); }};
 };

@@ -68,7 +68,8 @@ class Stranger {
 class Interfaces : public ::testing::Test {
  protected:
   void SetUp() override {
-    // Otherwise participants of one process would bypass the network.
+    // With intraprocess delivery, the participants of this process would exchange samples without
+    // the network.
     eprosima::fastrtps::LibrarySettingsAttributes settings;
     settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
     eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);

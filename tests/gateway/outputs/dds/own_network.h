@@ -16,7 +16,7 @@ class OwnNetwork {
   OwnNetwork(const OwnNetwork&) = delete;
   OwnNetwork& operator=(const OwnNetwork&) = delete;
 
-  /// False if this user is not allowed to create networks. Root is.
+  /// Returns false if this user is not allowed to create network namespaces. Root is allowed to.
   bool ok() const { return there_ >= 0; }
   void GoThere() const;
   void ComeBack() const;

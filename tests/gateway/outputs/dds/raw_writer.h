@@ -20,7 +20,7 @@ class RawWriter {
   RawWriter(const RawWriter&) = delete;
   RawWriter& operator=(const RawWriter&) = delete;
 
-  bool Write(const Bytes& payload);  ///< with the encapsulation header
+  bool Write(const Bytes& payload);  ///< the payload begins with the encapsulation header
   std::string guid() const;          ///< in the text form of Fast DDS
 
  private:

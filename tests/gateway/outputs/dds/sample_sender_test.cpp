@@ -319,7 +319,8 @@ TEST(SampleSender, SendsFinalSamplesOfRemovedDevicesAndContinues) {
   EXPECT_THAT(run.writer.points, SizeIs(4));
 }
 
-/// Removed names would use room in the writers, so the writers are replaced.
+/// The writers store a name for ever, so new writers are opened that have room for the remaining
+/// names.
 TEST(SampleSender, RemovedPointsReplaceTheWritersAfterTheirFinalSamples) {
   Sending run(MakeConfig(2, 1));
   run.RunFor(1s);
@@ -394,7 +395,7 @@ TEST(SampleSender, AddedPointsReplaceTheWritersOnlyForRoom) {
   EXPECT_THAT(run.writer.points, SizeIs(611));
 }
 
-/// All points are removed: 1000 final samples, more than the pace and the writer allow at once.
+/// All points are removed. This causes 1000 final samples, more than can be sent at once.
 struct Leaving : Sending {
   explicit Leaving(Sent answer = Sent::later) : Sending(MakeConfig(1, 1000)) {
     RunFor(1s);

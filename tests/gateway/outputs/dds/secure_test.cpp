@@ -187,7 +187,8 @@ TEST_F(SecureTest, InvalidFilesCreateNoParticipant) {
 }
 
 TEST_F(SecureTest, SamplesAreEncryptedOnTheWire) {
-  // Otherwise participants without security would bypass the network.
+  // With intraprocess delivery, participants without security would exchange samples without the
+  // network.
   LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = INTRAPROCESS_OFF;
   XMLProfileManager::library_settings(settings);
@@ -197,7 +198,8 @@ TEST_F(SecureTest, SamplesAreEncryptedOnTheWire) {
     config_.dds.security = gateway;
     Published heard;
     const SentBytes sent;
-    // Fast DDS 2.9 can end the process if the subscriber leaves first, right after its handshake.
+    // The order of these two variables matters: Fast DDS 2.9 can end the process if the subscriber
+    // leaves first, right after its handshake.
     auto subscriber = DdsSubscriber::Create(With(reader), heard.Callbacks());
     EXPECT_TRUE(subscriber.ok()) << subscriber.error();
     const auto publisher = Publish(config_, store);

@@ -110,7 +110,7 @@ TEST(WriteTopics, DamagedRequestsAreDropped) {
   }
 }
 
-// When a writer leaves, the library delivers requests that it has held back.
+// When a writer leaves, the DDS library delivers requests that it had no room for before.
 TEST(WriteTopics, RequestsHeldBackByTheLibraryAreNeverExecuted) {
   Gateway gateway;
   WriteClient client;
@@ -143,7 +143,7 @@ TEST(WriteTopics, RequestsHeldBackByTheLibraryAreNeverExecuted) {
   }
 }
 
-// For replies, the library never forgets a client name.
+// The DDS library never frees the memory of a client name in a reply.
 TEST(WriteTopics, RepliesToManyClientNamesStillArrive) {
   Gateway gateway;
   WriteClient client;

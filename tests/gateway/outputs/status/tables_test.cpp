@@ -1,4 +1,5 @@
-// Tests of the tables of counters of lines and devices, and of what a row produces.
+// Tests of the tables of counters of lines and devices: each row makes a field of the JSON and a
+// part of the text.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 

@@ -12,7 +12,6 @@ namespace baudgate::status {
 config::Config TwoLines();
 
 inline constexpr Instant kStarted{1h};
-/// Three hours after kStarted.
 inline constexpr Now kNow{kStarted + 3h, WallTime{1'790'000'000s}};
 
 void SetOpen(bus::PointStore& store, std::uint32_t line, const std::string& text);

@@ -57,7 +57,8 @@ class FakeEvents final : public events::EventSource {
   std::string by;
 };
 
-/// A point read each second: 10, 11, 12 … within a minute, and bad in its second half.
+/// The history of a point that is read each second. Each minute has the values 10, 11, … 39, then
+/// bad readings.
 class FakeHistory final : public history::HistorySource {
  public:
   history::HistoryState state() const override { return {}; }

@@ -1,4 +1,4 @@
-// Tests of `AuditLog` with its thread, of `AuditBook`, and of power cuts.
+// Tests of `AuditLog` with its thread, of `AuditBook`, and of both when the power fails.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/audit/audit_log.h"
 

@@ -1,4 +1,5 @@
-// Tests of `AuditedWrites`: writes wait for their record, and their end completes it.
+// Tests of `AuditedWrites`: a write waits until its record is stored, and its result is added to
+// the record.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/audit/audited_writes.h"
 

@@ -78,7 +78,8 @@ int FileSize(sqlite3_file* file, sqlite3_int64* size) {
   return SQLITE_OK;
 }
 
-/// Refuses an exclusive lock while another connection is open, so that only the last one cleans up.
+/// Refuses an exclusive lock while another connection is open. SQLite locks exclusively to remove
+/// its log, which only the last connection may do.
 int Lock(sqlite3_file* file, int level) {
   return level == SQLITE_LOCK_EXCLUSIVE && FileOf(file).handles > 1 ? SQLITE_BUSY : SQLITE_OK;
 }

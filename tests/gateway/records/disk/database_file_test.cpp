@@ -88,7 +88,8 @@ TEST_F(DatabaseFileTest, EachByteOfTheHeaderMayBeDamaged) {
     Invert(file(), at);
     const OpenedDatabase opened = OpenDatabase(file(), kKind);
     if (opened.put_aside.empty()) {
-      // Damage to this byte has no effect, or makes the file look newer.
+      // The damaged byte has no effect, or makes the file look as if a newer version had written
+      // it.
       const bool newer = opened.error.find("newer") != std::string::npos;
       EXPECT_TRUE(newer || (opened.database && Rows(*opened.database) == 2))
           << at << ": " << opened.error;

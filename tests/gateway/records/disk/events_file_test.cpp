@@ -175,8 +175,8 @@ TEST_F(EventsFileTest, ARemovedFileIsDetected) {
   EXPECT_TRUE(opened.new_file);
 }
 
-/// A page changes after the reader began, so it is only in the log, but the file's header counts
-/// it.
+/// A page that changes after a reader began stays in the log until the reader ends. The file is
+/// then shorter than the page count in its header says.
 TEST_F(EventsFileTest, ACheckpointDelayedByAReaderIsNoDamage) {
   EventsConnection connection(file());
   ASSERT_TRUE(connection.Open().ok);
@@ -215,7 +215,7 @@ TEST_F(EventsFileTest, AnUnreadableFolderLosesNothing) {
   EXPECT_EQ(Names(), "still");
 }
 
-/// Example: `rm events.db-wal`, or another file in its place, while two connections write.
+/// A user runs `rm events.db-wal`, or puts another file in its place, while two connections write.
 TEST_F(EventsFileTest, TheContentOfARemovedLogIsSavedAndANewLogBegins) {
   for (const bool replaced : {false, true}) {
     OpenBoth();
@@ -241,8 +241,8 @@ TEST_F(EventsFileTest, TheContentOfARemovedLogIsSavedAndANewLogBegins) {
   }
 }
 
-/// All connections of a process share the lock. Without it, the next program that reads the file
-/// would delete the log at its end.
+/// All connections of this process share one lock. Without the lock, the next program that reads
+/// the file would delete the log when it ends.
 TEST_F(EventsFileTest, ChecksAndReadersKeepTheLockOfTheFile) {
   OpenBoth();
   Add(*one_, "a");
@@ -319,7 +319,7 @@ TEST_F(EventsFileTest, DamageToAFileInUseIsDetectedByACheck) {
     const Status found = one_->Check();
     ASSERT_FALSE(found);
     EXPECT_NE(found.error().find(row.said), std::string::npos) << found.error();
-    // The workers of both connections do this each second.
+    // This loop does what the threads of both connections do each second.
     std::string aside;
     for (int turns = 0; turns < 2; ++turns) {
       for (EventsConnection* connection : {one_.get(), other_.get()}) {
@@ -340,7 +340,8 @@ TEST_F(EventsFileTest, DamageToAFileInUseIsDetectedByACheck) {
   }
 }
 
-/// While a reader is active, a checkpoint copies only pages that are unchanged since it began.
+/// While a reader is active, a checkpoint does not copy pages to the file that changed after the
+/// reader began.
 TEST_F(EventsFileTest, AFileWithAPartOfALostLogIsDamaged) {
   OpenBoth();
   Add(*one_, "a");

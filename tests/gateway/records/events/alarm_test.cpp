@@ -1,4 +1,4 @@
-// Tests of the states of an alarm, of `AlarmBoard`, and of power cuts.
+// Tests of the states of an alarm, of `AlarmBoard`, and of both when the power fails.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/alarm.h"
 

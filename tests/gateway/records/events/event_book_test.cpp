@@ -262,7 +262,7 @@ class EventRoundsTest : public ::testing::Test {
   EventQueue queue_{options_, pending_};
 };
 
-/// A device is allowed to delete the events of a batch that has been confirmed.
+/// A device deletes the events of a confirmed batch, so only a stored batch is confirmed.
 TEST_F(EventRoundsTest, ABatchIsConfirmedOnlyByASuccessfulRound) {
   Add("a");
   EventRounds::Round fails = rounds_.Take();

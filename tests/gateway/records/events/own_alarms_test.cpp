@@ -70,8 +70,8 @@ class OwnAlarmsTest : public ::testing::Test {
       Hear(alarms_.Look(now_));
     }
   }
-  /// Example: "30: raise bay-1.feeder-1 no answer for 30s: no reply". Without ends of alarms from
-  /// before the start.
+  /// Example: "30: raise bay-1.feeder-1 no answer for 30s: no reply". Ends of alarms that were
+  /// active before the start are left out.
   std::vector<std::string> Heard() { return std::exchange(heard_, {}); }
   std::vector<std::string> All() { return std::exchange(all_, {}); }
 

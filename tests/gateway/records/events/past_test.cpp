@@ -1,4 +1,5 @@
-// Tests of records that a meter has stored itself, of `PlacedTime`, and of `Shares`.
+// Tests of records that a meter has stored itself, of `PlacedTime` (the minute of a time in
+// seconds), and of `Shares`.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -254,7 +255,8 @@ TEST(PlacedTime, IsRightForEveryDelayOfTwoSeconds) {
 }
 
 TEST(PlacedTime, OfABatchKeepsItsOrder) {
-  // 59.900 comes before 00.100 in the batch, so it belongs to the previous minute.
+  // The events contain only seconds. In the batch, 59.900 comes before 00.100, so it belongs to the
+  // previous minute.
   const auto placed =
       Place({Seconds(59'900ms), Seconds(100ms), Seconds(100ms)}, At(kDay, 10h + 58s), {});
   EXPECT_EQ(placed[0].time, At(kDay, 10h - 100ms));

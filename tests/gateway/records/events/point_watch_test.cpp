@@ -28,7 +28,8 @@ Seen Num(double value) { return {Value(value)}; }
 Seen Bit(bool value) { return {Value(value)}; }
 Seen Word(const std::string& value) { return {Value(value)}; }
 
-/// One reading per second. "2 on" means that reading 2 caused an event; "!" marks the first state.
+/// Returns the events that one reading per second causes. Example: "2 on" is the event of reading
+/// 2, counted from 0; "!" marks the first known state.
 std::vector<std::string> Play(const PointEvent& rule, const std::vector<Seen>& readings) {
   PointWatch watch(rule);
   std::vector<std::string> found;

@@ -1,4 +1,5 @@
-// Tests of `RecordService`: the values of an event, with a device that answers in part or late.
+// Tests of `RecordService`, which reads points when an event happens. The device answers some reads
+// only, or late.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/record_service.h"
 

@@ -1,4 +1,4 @@
-// Tests which files of the history are deleted, and reports about removed files.
+// Tests which files of the history are deleted, and the messages about removed files.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -177,7 +177,8 @@ TEST_F(KeptFiles, ARemovedFileIsNoticedAtTheNextCommit) {
   ASSERT_EQ(news.size(), 1U);
   EXPECT_THAT(news[0].text,
               HasSubstr(DayFileName(kBegin) + ": the file was removed, and its content"));
-  // The recorder had already handed over a batch of the old run. Only then it begins a new run.
+  // The batch was made before the recorder learned of the removed file, so it still belongs to the
+  // old run. The new run begins with the next batch.
   const Millis anew = next + 3 * kSecond;
   ASSERT_TRUE(store->Write(Seconds(1, next + 2 * kSecond, anew, {}, kBegin), At(anew)));
   ASSERT_TRUE(
@@ -210,7 +211,7 @@ TEST_F(KeptFiles, ARemovedFileIsAGapAfterThePreviousDay) {
   EXPECT_EQ(records[3].entry.time, next);
 }
 
-/// A reader that repeats its request must not clear the fault.
+/// A fault of a file ends when the file is readable, not when a reader repeats its request.
 TEST_F(KeptFiles, AnUnreadableFileIsForgottenWhenItIsReadableAgain) {
   const std::filesystem::path file = folder() / DayFileName(kBegin - 3 * kDay);
   const std::filesystem::path kept = folder() / "kept";
@@ -252,7 +253,7 @@ TEST_F(KeptFiles, AnUnreadableFileIsForgottenWhenItIsReadableAgain) {
   }
 }
 
-/// SQLite has undamaged pages in memory, so it could continue to write.
+/// SQLite has the undamaged pages in memory, so its writes continue without an error.
 TEST_F(KeptFiles, DamageFoundByAReaderIsConfirmedByTheWriter) {
   auto store = Open(kBegin);
   const Millis later = kBegin + 10 * kSecond;

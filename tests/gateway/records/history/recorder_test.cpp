@@ -1,4 +1,4 @@
-// Tests of `Recorder` with simulated clocks, and of the rules which values are stored.
+// Tests of `Recorder` with simulated clocks: which values are stored, and when.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/history/recorder.h"
 
@@ -157,7 +157,8 @@ TEST_F(RecorderTest, AClockStepBeginsANewRun) {
   EXPECT_EQ(Kept().back(), "3/0@3603000=2");
 }
 
-/// Examples: SIGSTOP, suspend, a virtual machine without a processor.
+/// The program stands still after SIGSTOP, in a suspend, or on a virtual machine without a
+/// processor.
 TEST_F(RecorderTest, AStandstillOfTheProgramIsAGap) {
   Set(0, 10);
   Set(2, 20);

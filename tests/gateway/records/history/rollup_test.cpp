@@ -1,4 +1,4 @@
-// Tests of minutes and hours, of charts, and of the encoding of entries.
+// Tests of the means of minutes and hours, of charts, and of the encoding of entries.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -284,7 +284,8 @@ class HistoryLogTest : public FolderTest {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
-  /// Checks after each round of the log, and also after 100 ms, because the last round may be over.
+  /// Waits until `ready` is true. Calls it after each round of the log's thread, and every 100 ms,
+  /// because the thread may not run again.
   template <typename Ready>
   void Await(Ready ready) {
     for (;;) {

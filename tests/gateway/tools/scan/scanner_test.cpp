@@ -290,7 +290,7 @@ TEST(ScanUnits, AreTheFreeAddresses) {
   EXPECT_EQ(UnitFor(found, 600), 1U);
 }
 
-/// Garbage in the first format reveals the device's own format.
+/// Garbage in the first serial format reveals the format that the device uses.
 TEST_F(Scan, ADeviceWithADetectedFormatIsFoundOnce) {
   for (const config::SerialSettings& format : {k8E1, k8O1, k8N1}) {
     SCOPED_TRACE(format.ToString());

@@ -129,7 +129,7 @@ INSTANTIATE_TEST_SUITE_P(Real, RealSimulatorTest, ::testing::ValuesIn(protocols:
                          protocols::SetupName);
 
 TEST_F(SimulatorTest, ARequestOfUnknownLengthIsAnsweredWithoutSilence) {
-  Bytes request{0xC8, 0x7E};  // a function code that no table contains
+  Bytes request{0xC8, 0x7E};  // no table of the protocol has a length for this function code
   const std::uint16_t check = Crc16(request);
   request.push_back(static_cast<std::uint8_t>(check & 0xFFU));
   request.push_back(static_cast<std::uint8_t>(check >> 8U));

@@ -1,4 +1,5 @@
-// Twins with faults in the syntax of the user, on a wire with 1 ms per character.
+// Twins whose faults are written as for `baudgate simulate --fault`, on a wire with 1 ms per
+// character.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

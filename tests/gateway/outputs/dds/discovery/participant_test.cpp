@@ -1,4 +1,4 @@
-// Tests what a discovery server receives from the real Fast DDS.
+// Tests what Fast DDS sends to a discovery server, which the test simulates.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -32,9 +32,10 @@ constexpr char kOpen[] =
     "3A "
     "31 00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E "
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 88 13 00 00 1F 00 00 00 01 05 00 00 00 00";
-// Readers: 3 of points, 2 of devices, 1 of events, 4 of alarms; 1,234 samples written, 2^32
-// refused, 5 requests and 6 events dropped; 7 participants, 12,345 datagrams; 16 reasons of
-// refusal: 38 fragments, 2 participants beyond the limit for one IP address.
+// The encoded counters of a DDS process. Readers: 3 of points, 2 of devices, 1 of events, 4 of
+// alarms. Samples: 1,234 written, 2^32 refused. Dropped: 5 requests, 6 events. 7 participants,
+// 12,345 datagrams. 16 reasons of refusal, two of which occurred: 38 fragments, and 2 participants
+// beyond the limit for one IP address.
 constexpr char kCounts[] =
     "42 07 D1 00 03 00 00 00 02 00 00 00 01 00 00 00 04 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 "
     "00 01 00 00 00 05 00 00 00 00 00 00 "
@@ -46,8 +47,8 @@ constexpr char kCounts[] =
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 01 06 6E 6F 74 20 6D 65";
 
-// A request of the writer 01 … 10, which is not volatile: received at 1,000,000,007 ns, published
-// at 1,000,000,011 ns, before its reader was there.
+// An encoded write request. Writer 01 … 10 is not volatile; the request was published at
+// 1,000,000,011 ns, before the gateway's reader was there, and received at 1,000,000,007 ns.
 constexpr char kRequest[] =
     "43 07 8D 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
     "00 00 00 00 0B CA 9A 3B 00 00 00 00 03 00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 "

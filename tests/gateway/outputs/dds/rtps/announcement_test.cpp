@@ -100,7 +100,7 @@ TEST(Announcement, MustContainTheAddressOfItsSender) {
 
 TEST(Announcement, OnBehalfOfAnotherParticipantIsRefused) {
   Bytes forged = testing::AnnouncementOf(7);
-  forged[19] = 8;  // the prefix in the header; the participant in the body stays 7
+  forged[19] = 8;  // the prefix in the header becomes 8; the participant in the body stays 7
   EXPECT_EQ(WhyNot(forged), "an announcement on behalf of another participant");
   Bytes source = Rtps("0C 01 14 00 00 00 00 00 02 03 01 0F 01 0F AA BB CC DD 00 00 01 00 00 07", 7);
   Append(source, View(testing::AnnouncementOf(7)).subspan(20));

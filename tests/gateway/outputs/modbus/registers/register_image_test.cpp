@@ -1,4 +1,5 @@
-// Tests of `RegisterImage`, which must answer like a direct read, and of registers and events.
+// Tests of `RegisterImage`, whose answers must equal those of a direct read, and of the contents of
+// registers and events.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_image.h"
 
@@ -98,8 +99,8 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
     return answer;
   }
 
-  /// Compares the image with a direct read for all ranges of up to twelve words. A range outside
-  /// the image must be an exception, or exceed one run of an area.
+  /// Compares the image with a direct read, for all ranges of up to twelve words. The image must
+  /// know exactly the ranges that a direct read can read.
   template <typename Word>
   std::size_t CompareTable(Table table, Instant now) {
     std::size_t found = 0;

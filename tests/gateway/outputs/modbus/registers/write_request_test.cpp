@@ -13,7 +13,8 @@ using config::Type;
 
 class WriteRequestTest : public testing::Test {
  protected:
-  // Registers: int16 0, float 1-2, text 3-4, read-only 9; bits 0…9, bit 3 is of an integer point.
+  // Registers: int16 0, float 1-2, text 3-4, read-only 9. Bits: 0…9; the point of bit 3 is an
+  // integer, the other points are booleans.
   WriteRequestTest() {
     std::vector<config::Point> points = {MakePoint(Type::int16, 0, Access::read_write),
                                          MakePoint(Type::float32, 1, Access::read_write),

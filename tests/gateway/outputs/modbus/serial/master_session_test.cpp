@@ -272,7 +272,8 @@ class MasterEchoTest : public MasterSessionTest {
     Pass(session_->Deadline().value() - now_.instant);
     EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(1, kWriteZero))));
   }
-  /// Delivers the bytes so that the last one comes `after_the_reply` was handed to the port.
+  /// Delivers the bytes. The last byte arrives `after_the_reply` later than the latest reply was
+  /// handed to the port.
   void HearAt(const Bytes& bytes, Duration after_the_reply) {
     Pass(sent_at_.back() + after_the_reply - now_.instant - LineTime(bytes.size()));
     Hear(bytes);

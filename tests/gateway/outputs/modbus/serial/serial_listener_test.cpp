@@ -1,4 +1,4 @@
-// Tests of the serial port of a master: it is opened, lost and found again.
+// Tests of the serial port at which a master asks: the port opens, is lost, and is found again.
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
@@ -32,7 +32,8 @@ TEST_F(SerialListenerTest, AReplyWaitsForTheSilenceOfTheBus) {
   Begin();
   const Instant asked = ReadClocks().instant;
   AskForTheValue();
-  // 3.5 characters of 11 bits. A slow machine may take longer, but never shorter.
+  // After the request, the line must be silent for 3.5 characters of 11 bits. A slow machine can
+  // take longer.
   EXPECT_GE(ReadClocks().instant - asked, 128ms);
 }
 

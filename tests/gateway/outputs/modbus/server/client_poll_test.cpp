@@ -1,4 +1,4 @@
-// Tests of `ClientPoll`, of `ClientSession`, and with libmodbus as the client.
+// Tests of `ClientPoll` and of `ClientSession`. Some tests use libmodbus as the client.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <modbus.h>

@@ -49,7 +49,7 @@ class ScriptedSink : public bus::CommandSink {
     return commands_.size();
   }
 
-  // Must be set before clients start.
+  // The three members below must be set before clients start.
   bool full = false;
   std::optional<WriteEnd> answer;
   bool unfit = false;

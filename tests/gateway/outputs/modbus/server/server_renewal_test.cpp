@@ -174,7 +174,7 @@ TEST_F(RenewalTest, AnUnusedNewPortIsClosed) {
   EXPECT_TRUE(server_->OpenPort(more).ok());
 }
 
-/// A rollback applies its configuration although a port is missing.
+/// A renewal opens a port that is still in use when the previous listener has closed.
 TEST_F(RenewalTest, AnOccupiedPortIsOpenedWhenThePreviousListenerCloses) {
   StartServer();
   next_.modbus.listen[1].host = "0.0.0.0";

@@ -403,7 +403,8 @@ TEST_F(ServerTest, RefusedAndMalformedClientsDoNotFloodTheLog) {
   }
   EXPECT_EQ(server_->counters().refused, 5U);
   EXPECT_EQ(server_->counters().malformed, 5U);
-  // Earlier tests may have written these lines already, and they are written only once.
+  // The log contains each of the two sentences once in a process, so an earlier test may have
+  // caused them.
   EXPECT_LE(log.CountLines("modbus: client 127.0.0.1:"), 2);
 }
 

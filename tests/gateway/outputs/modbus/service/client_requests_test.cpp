@@ -1,4 +1,5 @@
-// Tests of routed requests: the request to the target, and the answer to each end.
+// Tests of routed requests: the request that the target gets, and the client's answer to each
+// outcome.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/service/client_requests.h"
 

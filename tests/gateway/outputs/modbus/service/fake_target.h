@@ -59,7 +59,8 @@ class FakeTarget final : public bus::RouteTarget {
     arrived_.notify_all();
   }
 
-  /// Both wait without a limit: for the request, or for the client that leaves, with this number.
+  /// Waits, without a time limit, for the request with this number, counted from 0. WaitForgotten
+  /// waits for the client of this number that leaves.
   bus::RoutedRequest Wait(std::size_t number) {
     std::unique_lock lock(mutex_);
     arrived_.wait(lock, [&] { return requests_.size() > number; });
@@ -79,7 +80,7 @@ class FakeTarget final : public bus::RouteTarget {
     return forgotten_;
   }
 
-  // Must be set before clients start.
+  // The two members below must be set before clients start.
   bool full = false;
   std::function<bus::RoutedReply(const bus::RoutedRequest&)> answer;  ///< empty: the test answers
 

@@ -1,4 +1,5 @@
-// Tests of the numbers of routes over reloads, and of the connections to remote servers.
+// Tests how routes keep their numbers when the configuration is reloaded, and of the connections to
+// remote servers.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// Tests of the connection to a Modbus TCP server, and of requests when it ends.
+// Tests of the connection to a Modbus TCP server, and of the requests that are outstanding when the
+// connection ends.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

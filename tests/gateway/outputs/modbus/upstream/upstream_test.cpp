@@ -82,7 +82,8 @@ TEST_F(UpstreamTest, AReplyMayComeInAnyPieces) {
 
 struct Misframed {
   const char* request;
-  const char* reply;  ///< without its transaction id; the length in its header is too large
+  /// the reply without its transaction id; the header announces more bytes than the PDU has
+  const char* reply;
   const char* passed;
   Outcome outcome = Outcome::ok;
 };
@@ -210,7 +211,7 @@ TEST_F(UpstreamTest, GarbageBehindGoodFramesDoesNotFloodTheLog) {
     EXPECT_EQ(Wait(good).outcome, Outcome::ok);
     ASSERT_TRUE(RunUntil(io_, [&] { return server_.session(i).ended(); }));
   }
-  // Two lines: connected, and sent what is not Modbus TCP.
+  // At most two lines: the server is connected, and sends bytes that are not Modbus TCP.
   EXPECT_LE(log.CountLines("server 127.0.0.1:" + std::to_string(server_.port())), 2);
 }
 

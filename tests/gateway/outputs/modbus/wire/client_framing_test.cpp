@@ -1,4 +1,5 @@
-// Tests of the framing of clients: RTU and MBAP frames, other framings, and checks of requests.
+// Tests how the bytes of clients are cut into RTU and MBAP frames, how a wrong framing is
+// recognised, and how requests are checked.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -121,7 +121,8 @@ TEST_F(Ports, AdaptersWithEqualSerialNumbersAreNamedByPlace) {
   EXPECT_FALSE(found[0].latency_ms);
 }
 
-/// Linux 6.5 has two more devices in the path. A "type" of 0 is an address without a UART.
+/// Since Linux 6.5 the path of a port contains two more devices, here ctrl0 and port0. A "type" of
+/// 0 is an address without a UART.
 TEST_F(Ports, PortsOfTheBoardAreShown) {
   for (const std::string name : {"ttyS10", "ttyS2"}) {
     const fs::path base = "sys/devices/pnp0/" + name;
