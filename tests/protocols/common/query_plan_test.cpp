@@ -154,7 +154,8 @@ TEST(QueryPlan, AnUncertainRefusalCountsAfterThreeTimes) {
   EXPECT_EQ(Shown(plan), "b0, again a0");
 }
 
-/// Rarely read points would get a second and third refusal much too late.
+/// A point is given up after several refusals. If it were still read daily, the second refusal
+/// would come after a day.
 TEST(QueryPlan, ARarelyReadPointIsRetriedInTheSlowGroup) {
   const Plan::Rules rules = {
       .may_join = Near().may_join, .refused = WhenRefused::ask_daily, .refusals = 3};
@@ -269,8 +270,8 @@ TEST(QueryPlan, ABusyRarePointIsRetriedSoon) {
   EXPECT_EQ(Shown(plan), "slow a0");
 }
 
-/// A silent request costs time, so it is repeated rarely. Silence proves nothing, so the request is
-/// not moved to the daily group.
+/// A silent request costs a whole timeout, so it is repeated only in the slow group. Silence,
+/// unlike a refusal, proves nothing, so the request does not move on to the daily group.
 TEST(QueryPlan, ASilentPointMovesToTheSlowGroup) {
   for (const bool proven : {false, true}) {
     Plan plan = MakePlan({{"a0"}, {"b0"}}, {.refused = WhenRefused::ask_daily});
@@ -334,8 +335,8 @@ TEST(QueryPlan, AReconnectRestoresWholeBlocks) {
   EXPECT_EQ(Shown(plan), "a0..1");
 }
 
-/// Silence costs time. If the block was answered before, the silence is temporary, so the block is
-/// restored.
+/// A silent block costs time, so it is split into its points. If it was ever answered, its silence
+/// is temporary, so the points are joined again.
 TEST(QueryPlan, ASilentBlockStaysSplitUnlessItWasAnsweredBefore) {
   for (const bool answered : {false, true}) {
     Plan plan = MakePlan({{"a0"}, {"a1"}, {"b0"}});
@@ -500,7 +501,8 @@ TEST(QueryPlan, AnUnknownQueryNumberChangesNothing) {
   EXPECT_EQ(Shown(plan), "a0");
 }
 
-// ---------------- Which probe is due: "own" or the number of a read; '!' marks an answered probe.
+// ---------------- `ProbeChoice` chooses which request probes a device: "own" is the protocol's
+// probe, a number is a read. '!' marks an answered probe.
 
 using Own = ProbeChoice::Own;
 

@@ -1,4 +1,4 @@
-// Tests the points of a simulated device, civil time zones, and cuts of frame rules.
+// Tests the points of a simulated device, civil time zones, and the cuts that frame rules return.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/common/twin_points.h"
 

@@ -218,11 +218,12 @@ TEST(DconChannelTypes, TheTwinReturnsAndAcceptsTypes) {
 TEST(DconTypes, UnitsAreRecognisedInOtherSpellings) {
   struct Row {
     const char* unit;
-    /// The factor of each type; empty: the type does not measure this unit. Here type 0C.
+    /// Factor from the values of type code 0C to the unit; empty: the type does not measure this
+    /// unit.
     std::optional<double> of_millivolts;
-    std::optional<double> of_volts;      ///< type 08
-    std::optional<double> of_milliamps;  ///< type 0D
-    std::optional<double> of_degrees;    ///< type 0E
+    std::optional<double> of_volts;      ///< the factor of type code 08
+    std::optional<double> of_milliamps;  ///< the factor of type code 0D
+    std::optional<double> of_degrees;    ///< the factor of type code 0E
   };
   constexpr std::nullopt_t kNone = std::nullopt;
   const Row kRows[] = {

@@ -378,7 +378,8 @@ TEST(DconSession, RefusedWritesAreReported) {
   EXPECT_EQ(Asked(talk, Write(0, 5.0)), "#010+05.000\r");
 }
 
-/// DCON reference, 10.1: a module refuses a value beyond its range, but goes to its limit.
+/// DCON reference, 10.1: a module refuses a value beyond its range, but sets the output to the
+/// limit of the range.
 TEST(DconSession, ARefusedAnalogWriteMayHaveActed) {
   const config::Device device = MakeDevice({WritePoint("volts", "$80", "#0{+00.000 0..10}"),
                                             WritePoint("bare", "", "#{00.000}"),

@@ -149,7 +149,8 @@ TEST(ModbusPdu, AReplyMustRepeatItsRequest) {
   EXPECT_EQ(outcome("640102", "64FF"), Outcome::ok) << "unknown functions pass";
 }
 
-/// If bytes follow, the returned write is the echo of the bus, and the reply follows it.
+/// A device can return the request as its reply. If bytes follow, the returned request is the echo
+/// of the bus.
 TEST(ModbusReplyRules, AReturnedWriteIsAFrameIfNothingFollows) {
   for (const Framing framing : {Framing::rtu, Framing::ascii}) {
     const Protocol& protocol = ProtocolOf(framing);

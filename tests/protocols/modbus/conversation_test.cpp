@@ -235,7 +235,8 @@ TEST(ModbusProbe, TriesTheNextReadAfterARefusal) {
   EXPECT_EQ(Asked(talk, Probe()), "03 00 00 00 02");
 }
 
-/// A device can refuse registers beyond the polled registers.
+/// The longest poll is the probe here, because a device can refuse registers beyond the polled
+/// registers.
 TEST(ModbusProbe, ReadsNoFurtherRegistersIfAPollIsLongEnough) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "holding 0"), ReadPoint("b", "holding 50", config::Type::float32),

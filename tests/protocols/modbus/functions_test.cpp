@@ -155,7 +155,8 @@ TEST(ModbusIdentification, IsNotPolled) {
   EXPECT_TRUE(CheckPoint(Once("p", "server id")));
 }
 
-/// A device whose profile lists names. The replies come from the twin of another device.
+/// Tests of a device whose profile lists names. Each test gives the replies, which can be those of
+/// another device.
 class ModbusNames : public ::testing::Test {
  protected:
   static config::Device Listing(std::vector<std::string> names) {

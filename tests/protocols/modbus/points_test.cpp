@@ -1,6 +1,6 @@
 // Tests the grammar of `read` and `write` of points, and register values in every form and order.
-// TI081: tables of the manuals of Schneider's IM400 and EM3000; the test bytes are composed from
-// these tables.
+// For the form TI081, the test bytes are composed from the tables in the manuals of Schneider's
+// IM400 and EM3000.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/values.h"
 #include "tests/protocols/modbus/support.h"

@@ -1,5 +1,5 @@
-// Tests a listener on a bus with other slaves: it accepts every request, skips replies of other
-// slaves, and executes no request that is part of another message.
+// Tests the requests of a master on a bus with other slaves: the gateway accepts every request,
+// skips the replies of other slaves, and executes no request that is part of another message.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Tests Modbus slaves on a line in virtual time: absent and back, one reply behind, silent to the
-// loopback, refusing blocks, and writing.
+// Tests Modbus slaves on a line in virtual time. They disappear and return, answer one request
+// late, do not answer function 08, refuse blocks of registers, or are written.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <utility>

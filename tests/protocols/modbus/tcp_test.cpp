@@ -1,6 +1,6 @@
-// Tests Modbus TCP: messages, which bytes of a connection are accepted, and servers as devices.
-// Golden bytes: MODBUS Application Protocol V1.1b3, 4.1 and 6; Messaging Implementation Guide
-// V1.0b, 3.1.
+// Tests Modbus TCP: its messages, which bytes of a connection count as a reply, and servers that
+// are devices. Golden bytes: MODBUS Application Protocol V1.1b3, 4.1 and 6; Messaging
+// Implementation Guide V1.0b, 3.1.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/rules.h"
 #include "tests/protocols/modbus/support.h"

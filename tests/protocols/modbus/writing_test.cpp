@@ -1,5 +1,6 @@
-// Tests the requests of writes: several points in one request, and bits of slaves without mask
-// write. Golden requests: MODBUS Application Protocol V1.1b3, 6.11, 6.12 and 6.16.
+// Tests the requests of writes: several points in one request, and bits of slaves that do not know
+// the mask write (function 22). Golden requests: MODBUS Application Protocol V1.1b3, 6.11, 6.12 and
+// 6.16.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -22,8 +23,8 @@ config::Device Several(const Settable& options = {}) {
   std::vector<config::Point> points = {WritePoint("a", "holding 1"), WritePoint("b", "holding 2"),
                                        WritePoint("far", "holding 4"),
                                        WritePoint("wide", "holding 5", {}, Type::float32)};
-  // Example of the Modbus application protocol, 6.11: coils 20 to 29 are CD 01. In a PDU, coil 20
-  // is 19.
+  // Example of the MODBUS Application Protocol, 6.11: CD 01 are the values of coils 20 to 29. In a
+  // PDU, coil 20 has the address 19.
   for (int i = 19; i < 29; ++i) {
     points.push_back(
         WritePoint("c" + std::to_string(i), "coil " + std::to_string(i), {}, Type::boolean));
@@ -195,7 +196,8 @@ TEST(ModbusWriteExceptions, BusyIsBusyAndAcknowledgeIsOkWithAWait) {
   EXPECT_THAT(accepted.reason, IsEmpty());
 }
 
-/// The value is already the raw value (Convert), so it is only encoded here.
+/// The point's scale is not applied again, because the value is the raw value that Convert
+/// returned.
 TEST(ModbusWrittenValue, IsEncodedFromTheConvertedValue) {
   struct Case {
     const char* place;

@@ -76,7 +76,7 @@ class ReaderCommandsTest : public ::testing::Test {
   }
   std::string Shown(std::uint32_t point) const { return ToText(line_.ValueOf(0, point)); }
 
-  std::string tag_ = kNoTag;  // the reply to the command `r`; empty: silence
+  std::string tag_ = kNoTag;  // reply of the reader to the command `r`; empty: silence
   VirtualLine line_;
 };
 

@@ -1,4 +1,5 @@
-// Tests the meaning of tags without a line: repeats, numbers, the ring of latest tags.
+// Tests what the conversation of a reader makes of tags: repeats, numbers, the ring of the latest
+// tags.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/reader/conversation.h"
 

@@ -120,7 +120,8 @@ TEST(ReaderFrames, ATooLongTextIsDroppedCompletely) {
   EXPECT_EQ(CutBy(TextOptions("", "0x0D", 3), "1234\r12\r123\r"), Frames{"123\r"});
 }
 
-/// A message that is too long is trimmed only if it arrives in pieces.
+/// A message that exceeds the limit `most` is trimmed only if it arrives in pieces, so only shorter
+/// messages are compared.
 TEST(ReaderFrames, AStreamGivesTheSameFramesAtEveryCut) {
   config::Options tags = config::DefaultOptions(ReaderProtocol());
   std::vector<config::Options> forms = {tags};

@@ -82,7 +82,8 @@ std::uint8_t BadWire::Noise() {
   return static_cast<std::uint8_t>(random_() & mask);
 }
 
-/// Flips bits on the wire, including parity bits. Wrong parity gives 0xFF, as in the transport.
+/// Flips bits on the wire, including parity bits. A byte with wrong parity becomes 0xFF, as in
+/// transports/serial_port.h.
 Bytes BadWire::Flip(Bytes reply, std::size_t from, std::size_t length, std::size_t count) {
   const config::SerialSettings& serial = rig_.setup().serial;
   const bool parity = serial.parity != config::Parity::none;

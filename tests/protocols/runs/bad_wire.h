@@ -13,7 +13,7 @@
 
 namespace baudgate::protocols {
 
-/// One in this many replies is damaged or lost; 0: none is damaged or lost.
+/// One in this many replies is damaged or lost. 0: none.
 struct WireFaults {
   unsigned damaged_one_in = 3;
   unsigned lost_one_in = 0;

@@ -1,7 +1,8 @@
-// BirthOracle judges each good reading of a run. The reading must belong to this point and to the
-// device at this address. Its value must not be older than its time stamp by more than one poll.
-// The value can be younger, because the time stamp is that of the oldest request that the reply
-// could answer. The oracle also measures the share of good readings.
+// BirthOracle judges each good reading of a run. The value tells from which point, device and time
+// it comes. It must belong to this point and to the device at this address, and must not be older
+// than its time stamp by more than one poll. The value can be younger, because the time stamp is
+// that of the oldest request that the reply could answer. The oracle also measures the share of
+// good readings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +18,7 @@ namespace baudgate::protocols {
 
 class BirthOracle {
  public:
-  /// `values`: of each twin. Initially twin n answers at the address of device n.
+  /// `values` are the values of each twin. At first, twin n answers at the address of device n.
   BirthOracle(const bus::PointStore& store, std::function<Instant()> clock, const BirthCode& code,
               const std::vector<std::unique_ptr<BirthValues>>& values);
 
@@ -40,7 +41,8 @@ class BirthOracle {
   std::size_t judged() const { return judged_; }
   std::size_t wrong() const { return wrong_; }
   std::size_t excused() const { return excused_; }
-  /// Describes the first wrong reading: what was shown where and when, and where it came from.
+  /// Describes the first wrong reading: its value, point and time, and from which point and time
+  /// the value came.
   const std::string& what() const { return what_; }
 
   /// Returns the share of good points since RestartAvailability, sampled every 100 ms.
@@ -52,7 +54,7 @@ class BirthOracle {
     std::uint64_t judged = 0;
     std::size_t twin = 0;
     bool good = false;
-    // When the device got a written value that was confirmed: values from before are wrong.
+    // The time of the latest confirmed write of the point. Values from before this time are wrong.
     Instant must_be_newer{};
     std::uint64_t pending = 0;
     Instant pending_until{};
@@ -60,7 +62,7 @@ class BirthOracle {
   };
   struct DeviceState {
     std::uint64_t version = 0;
-    // All twins that have had this address; the last of them answers now.
+    // All twins that have had this address. The last twin in the list answers now.
     std::vector<std::size_t> twins;
     std::vector<bool> foreign;  // for each of `twins`
     bool no_mixture = false;

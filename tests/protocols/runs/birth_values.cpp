@@ -8,7 +8,8 @@
 namespace baudgate::protocols {
 namespace {
 
-constexpr double kHalfTolerance = 0.25;  // formatting can change a value by this part of a step
+// the text of a reply can change a value by this part of a step
+constexpr double kHalfTolerance = 0.25;
 
 bool IsFloat(const config::Point& point) {
   return point.type == config::Type::float32 || point.type == config::Type::float64;

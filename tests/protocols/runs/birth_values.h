@@ -38,10 +38,12 @@ class BirthCode {
   struct Origin {
     std::size_t twin = 0;
     std::size_t point = 0;
-    std::uint64_t reading = 0;  ///< number of the reading, plus any multiple of `readings`
+    /// number of the reading, or this number plus a multiple of `readings`
+    std::uint64_t reading = 0;
     std::uint64_t readings = 0;
   };
-  /// Returns the origin of `value`, as shown for `shown`; nothing: no point has such a value.
+  /// Returns the origin of `value`, which the point `shown` has. Returns nothing if no point has
+  /// such a value.
   std::optional<Origin> Read(const config::Point& shown, double value) const;
   double HalfStep(const config::Point& point) const { return ScaleOf(point).step / 2; }
 

@@ -240,7 +240,7 @@ TEST_P(FirstReading, AfterAnOutageIsNeverUsedAlone) {
 INSTANTIATE_TEST_SUITE_P(Rules, FirstReading,
                          ::testing::Values(config::Recheck::jump, config::Recheck::always));
 
-// ---------------- Tests of the oracle: it reports nothing on undisturbed lines, and detects each
+// ---------------- Tests of BirthOracle: it reports nothing on undisturbed lines, and detects each
 // kind of wrong value.
 
 class Undisturbed : public ::testing::TestWithParam<LagCase> {};

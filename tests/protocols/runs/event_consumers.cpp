@@ -45,7 +45,8 @@ void EventConsumers::Arrive(std::size_t count) {
   }
 }
 
-/// Reads seven events at a time, from the first unread one on, as docs/modbus.md describes.
+/// Reads the event registers as docs/modbus.md describes: seven events at a time, beginning with
+/// the first unread event.
 void EventConsumers::ReadRing() {
   for (;;) {
     const auto shown = feed_->Show(std::nullopt, static_cast<std::uint32_t>(wanted_), 7);

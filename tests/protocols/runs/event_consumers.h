@@ -1,6 +1,6 @@
 // EventConsumers simulates the consumers of events in a run in virtual time: DDS with a subscriber,
-// and a Modbus client that reads the ring. They survive restarts of the gateway. Each checks that
-// it receives 1, 2, 3 … once and in order.
+// and a Modbus client that reads the event registers. They survive restarts of the gateway. Each
+// consumer checks that it receives the event numbers 1, 2, 3 … once and in order.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,16 +25,18 @@ class EventConsumers {
   /// Call this when the gateway is killed: undelivered samples are lost.
   void Kill();
 
-  std::int64_t of_dds() const { return subscriber_; }     ///< last event of the subscriber
-  std::int64_t of_modbus() const { return wanted_ - 1; }  ///< last event of the Modbus client
-  std::size_t again = 0;  ///< samples that the subscriber recognised as repeats by their numbers
+  /// number of the last event that the subscriber received
+  std::int64_t of_dds() const { return subscriber_; }
+  /// number of the last event that the Modbus client read
+  std::int64_t of_modbus() const { return wanted_ - 1; }
+  std::size_t again = 0;  ///< number of samples that the subscriber received again
 
  private:
   void Send();
   void Arrive(std::size_t count);
   void ReadRing();
 
-  /// The most undelivered samples that the library stores for one device.
+  /// The most undelivered samples that the simulated DDS library stores for one device.
   static constexpr std::size_t kOnTheWay = 500;
 
   std::shared_ptr<events::EventFeed> feed_;

@@ -56,7 +56,8 @@ class EventKeeper {
   std::shared_ptr<events::CursorBook> cursors_;
   events::Said said_;
   std::vector<events::OwedRecord> owed_;
-  std::set<std::uint32_t> waiting_;  // devices whose batch is in the book, but not in the file
+  // devices with a batch that is in `book_`, but not in the file yet
+  std::set<std::uint32_t> waiting_;
 };
 
 }  // namespace baudgate::protocols

@@ -1,8 +1,8 @@
 // Tests that the events of relays and meters reach each consumer as 1, 2, 3 … N, without loss or
-// repeat: the file, a DDS subscriber, and a client that reads the ring over Modbus. The lines
-// damage one exchange in a hundred. There are kills, orderly restarts, and power cuts that leave
-// only synced data. A relay drops events when the next L confirms them; a meter drops a record
-// after ten newer ones.
+// repeat. The consumers are the file, a DDS subscriber, and a client that reads the event registers
+// over Modbus. The lines damage one exchange in a hundred. The gateway is killed, is restarted in
+// an orderly way, or loses its power, which leaves only synced data. A relay drops events when the
+// next request L confirms them; a meter drops a record after ten newer ones.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Tests that every event of a relay is in the file exactly once, in order, with the time at which
-// it was raised. There are damaged and lost requests and replies, killed programs, and power cuts
-// that leave only synced data. A relay drops events when the next L confirms them.
+// it was raised. Requests and replies are damaged and lost, programs are killed, and power cuts
+// leave only synced data. A relay drops events when the next request L confirms them.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -235,8 +235,9 @@ TEST(EventFlood, EndlessNewEventsTakeARoundOfTheLine) {
   RecordProperty("asked", static_cast<int>(flooded.asked));
 }
 
-// ---------------- A batch after a lost request waits for the relay's name, because the relay could
-// have been replaced. Without a name the batch is stored nevertheless.
+// ---------------- Events that are read after a lost request wait until the relay has sent its
+// name, because the relay could have been replaced. If it sends no name, the events are stored
+// nevertheless.
 
 class EventOwner : public ::testing::Test {
  protected:
@@ -267,7 +268,8 @@ class EventOwner : public ::testing::Test {
     return std::nullopt;
   }
 
-  /// The relay removes the event from its register with L, and the reply is lost.
+  /// Raises an event. The relay removes it from its register with the next L, and the reply is
+  /// lost.
   void Raise(std::uint32_t code) {
     ASSERT_TRUE(rig_->twin(0).twin->Raise({1, code, {}, {}}, rig_->now()));
     loses_ = true;
@@ -282,7 +284,8 @@ class EventOwner : public ::testing::Test {
   bool loses_ = false;
   bool lost_ = false;
   int backups_ = 0;
-  std::optional<std::string> name_;  ///< replaces the name of the relay; empty: no reply
+  /// replaces the name of the relay; empty text: the relay does not answer
+  std::optional<std::string> name_;
 };
 
 TEST_F(EventOwner, EventsOfTheConfiguredRelayAreReported) {

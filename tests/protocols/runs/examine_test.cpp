@@ -1,4 +1,4 @@
-// Tests Examine() with bytes that arrive in place of a reply: the symptom and the texts.
+// Tests `Examine`, which names the symptom of bytes that arrive in place of a reply.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/examine.h"
 

@@ -107,7 +107,8 @@ TEST_P(FaultyRun, RetriesCompensateOneLostReplyInEight) {
     EXPECT_GE(usable[device], kLooks * 3 / 4);
   }
   EXPECT_GT(lost, 20U);
-  // After two missed requests, the other checksum mode is tried twice without success.
+  // A device that misses two requests is also asked twice in the other checksum mode, which it
+  // ignores.
   EXPECT_NEAR(missed, lost, 4);
   EXPECT_LE(retries, lost);
   EXPECT_GE(retries, lost * 9 / 10);
@@ -134,7 +135,8 @@ TEST_P(FaultySerialRun, ABabblingDeviceGoesOfflineAndTheOtherRecovers) {
       10min, [&] { return rig_->StatusOf(0).state == bus::DeviceState::offline; }, "offline");
   EXPECT_FALSE(rig_.AnyUsable(0));
   rig_->twin(0).manner.babble = {};
-  // Each probe costs the neighbour a ceiling time and a drain; probes get 2 % of the time.
+  // A probe costs the neighbour the ceiling and the drain (config::Timing). Probes get 2 % of the
+  // line's time.
   Comes(
       5min, [&] { return rig_->StatusOf(0).state == bus::DeviceState::online; }, "online");
   EverythingComesBack();
@@ -174,12 +176,14 @@ INSTANTIATE_TEST_SUITE_P(Real, FaultyRun, ::testing::ValuesIn(RealLines()), Setu
 INSTANTIATE_TEST_SUITE_P(Network, FaultyRun, ::testing::Values(TcpLine()), SetupName);
 INSTANTIATE_TEST_SUITE_P(Real, FaultySerialRun, ::testing::ValuesIn(RealLines()), SetupName);
 
-/// Answers come late, up to the end of the ceiling, then in time again.
+/// Replies come late, up to the ceiling (the timeout of the whole exchange). Then they come in time
+/// again.
 class LateRun : public ::testing::TestWithParam<Setup> {};
 
 struct Lateness {
   Duration reply;
-  /// An answer that begins later ends after the ceiling and can be mistaken for another answer.
+  /// A reply that begins later than this ends after the ceiling, and can be mistaken for the reply
+  /// to another request.
   Duration most;
 };
 
@@ -267,7 +271,8 @@ TEST_P(LateRun, ALateReplyAmongPunctualOnesIsNeverTakenForAnother) { RunMoody(Ge
 
 TEST_P(LateRun, LateRepliesOfTwoDevicesAreNeverTakenForOthers) { RunMoody(GetParam(), true); }
 
-/// The worst case of late answers: eight queries of one form, two modules, numbers without a tag.
+/// The worst case of late replies: two modules with eight queries each, whose replies are numbers
+/// without an address.
 Setup SingleChannels() {
   Setup setup = RealLine("Dcon115200");
   setup.name = "DconSingleChannels";
@@ -354,7 +359,7 @@ TEST_P(DamagedRun, NoWrongValueBecomesGood) {
 
 INSTANTIATE_TEST_SUITE_P(Real, DamagedRun, ::testing::ValuesIn(DamagedLines()), SetupName);
 
-/// The test computes check values itself, because excuses depend on them.
+/// A wrong value is excused if its check value is valid, so the test computes check values itself.
 TEST(DamageOracle, DistinguishesGoodAndBadCheckValues) {
   const auto spa = RealLine("Spa9600").good_checksum;
   EXPECT_TRUE(spa(ToBytes("<1D:SPCJ 4D29:18\r\n")));
@@ -430,8 +435,8 @@ TEST_P(APortThatReturns, IsServedAtOnce) {
   EXPECT_LE(Longest(line), kWanted);
 }
 
-/// A serial server stores bytes without a client, for as long as a reply can take. Only the device
-/// with the outstanding reply waits.
+/// While no client is connected, a serial server stores a late reply. Only the device that has not
+/// replied yet waits for it.
 TEST_P(APortThatReturns, IsServedAtOnceBehindASerialServer) {
   Returning line(GetParam(), "tcp://server:4001");
   EXPECT_LE(Longest(line, 15s), kWanted);

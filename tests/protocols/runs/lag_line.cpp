@@ -110,7 +110,8 @@ Bytes ModbusRefusal(std::string_view protocol, View request) {
   return protocols::modbus::Wrap(framing, asked->slave, Bytes{refused, 1});
 }
 
-/// A meter always answers (its channel must be opened), and a relay answers at least with NACK.
+/// True if devices of the protocol can behave like this. A meter always answers; a relay answers at
+/// least with NACK.
 bool Has(const Setup& setup, Proof proof) {
   if (setup.protocol->name == "set4tm") return proof == Proof::answered;
   return setup.protocol->name != "spabus" || proof != Proof::silent;

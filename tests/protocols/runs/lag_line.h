@@ -47,12 +47,13 @@ config::Device StrangerOf(const LagCase& which, const config::Device& device, bo
 
 enum class Naming : std::uint8_t {
   none,
-  learned,   ///< the gateway learns the name from the device
-  demanded,  ///< the configuration contains the serial number
+  learned,   ///< the gateway learns the name from the device's first replies
+  demanded,  ///< the configuration demands a serial number
 };
 Naming NamingOf(const LagCase& which, const config::Device& device);
 
-/// Returns the reply in place of the twin's; nothing: the twin's reply is used; empty: no reply.
+/// Returns the reply to a request for the name. Nothing: the twin answers itself. Empty: there is
+/// no reply.
 std::optional<Bytes> SayIdentification(const LagCase& which, const config::Device& device,
                                        View request, bool other_identity);
 

@@ -1,6 +1,7 @@
 // LagStage contains everything behind a lagging server, in virtual time or on a real pty: values
 // that identify their origin and time, devices that replace others, writes, and the oracle that
-// judges the store. Derived classes add a clock and a wire: lag_rig.h, tests/soak/lag_soak_line.h.
+// judges the store. Two derived classes add a clock and a wire: tests/protocols/runs/lag_rig.h and
+// tests/soak/lag_soak_line.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -50,7 +51,8 @@ class LagStage {
 
   void Judge(const bus::PointStore& store);
   const config::Line& line_config() const { return line_; }
-  /// Devices that replace the configured devices. Their twins come last.
+  /// Devices that replace the configured devices. Their twins follow those of the configured
+  /// devices.
   const std::vector<config::Device>& strangers() const { return strangers_; }
   std::size_t twins() const { return twins_.size(); }
   BirthValues& ValuesOf(std::size_t twin) { return *values_[twin]; }
@@ -74,7 +76,7 @@ class LagStage {
     bool there = false;
     bool off = false;
     bool missed = false;
-    bool told_apart = false;  ///< the stranger has another identity
+    bool told_apart = false;  ///< the stranger has another identity than the configured device
     std::size_t writes = 0;
     Instant silent_until{};
   };
@@ -84,7 +86,7 @@ class LagStage {
 
   LagCase which_;
   config::Line line_;
-  /// Two for each device: one with the same identity, one with another identity.
+  /// Each device has two strangers: one with the same identity, one with another identity.
   std::vector<config::Device> strangers_;
   LaggingServer server_;
   BirthCode code_;

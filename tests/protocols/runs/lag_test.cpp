@@ -30,15 +30,16 @@ constexpr std::size_t kExchanges = 1'000'000;
 constexpr int kToldFailures = 3;
 constexpr std::size_t kRecoveries = 14;
 
-/// The lines begin with different seeds, so that a few runs of each cover all troubles.
+/// Each line begins with another seed. So all troubles occur although each line makes a few runs
+/// only.
 std::size_t FirstSeed(const LagCase& which) {
   const auto is_it = [&](const LagCase& one) { return one.name() == which.name(); };
   const std::vector<LagCase> all = LagCases();
   return static_cast<std::size_t>(std::ranges::find_if(all, is_it) - all.begin()) + 1;
 }
 
-/// A copy that is mistaken for the next answer delays all answers by one request, until the line is
-/// idle or a probe follows (docs/timeouts.md, "The limit").
+/// A copied reply that is mistaken for the next reply delays all replies by one request, until the
+/// line is idle or a probe follows (docs/timeouts.md, "The limit").
 constexpr Duration kUntilTheNextProbe = 65s;
 
 /// One run: half a minute undisturbed, a few minutes of trouble, half a minute undisturbed.
@@ -188,7 +189,8 @@ TEST_P(LagAvailability, MostReadingsAreGood) {
   if (protocol == "spabus" || protocol.starts_with("modbus")) {
     for (const double share : behind) EXPECT_GE(share, 0.9 * kToday);
   }
-  if (GetParam().proof != Proof::answered) return;  // only a proof guarantees a share
+  // without a proof of the order no share is guaranteed
+  if (GetParam().proof != Proof::answered) return;
   for (const double share : behind) EXPECT_GE(share, 0.5 * kToday);
 }
 

@@ -15,7 +15,7 @@ enum class Trouble : std::uint8_t {
   late,
   very_late,
   growing,
-  held,  ///< a few requests behind, then in step again
+  held,  ///< holds a few replies back, later releases or drops them
   one_behind,
   two_behind,
   three_behind,
@@ -47,7 +47,8 @@ inline bool IsBeyondProof(Trouble trouble) {
          trouble == Trouble::mixed;
 }
 
-/// `ceiling` is the longest time until an answer begins; the time of its characters is added.
+/// `ceiling` is the longest time until a reply begins. The reply ends later, by the time of its
+/// characters.
 inline ServerFaults FaultsOf(Trouble trouble, Duration ceiling) {
   switch (trouble) {
     case Trouble::lost:

@@ -25,7 +25,7 @@ struct ServerFaults {
   unsigned drop = 0;
   unsigned delay = 0;  ///< delays a reply by up to `longest_delay`; later replies wait in the queue
   Duration longest_delay = 1s;
-  bool growing = false;  ///< delays grow by a tenth of `longest_delay`, then start again
+  bool growing = false;  ///< delays grow step by step up to `longest_delay`, then begin again
   /// Keeps 1…3 replies in the queue for up to eight replies, then releases or drops all at once.
   unsigned hold = 0;
   std::size_t behind = 0;  ///< permanently, each reply answers the request this many before

@@ -19,7 +19,8 @@
 namespace baudgate::protocols {
 namespace {
 
-/// A failure depends on the phase, so many phases are tested; ctest runs a tenth of them.
+/// A failure depends on the phase: when in a poll period the fault begins. ctest runs a tenth of
+/// these phases.
 constexpr std::size_t kPhases = 100;
 
 void ForPhases(const std::function<void(Duration phase)>& run) {
@@ -68,7 +69,8 @@ void PrintTo(const LateByCount& late, std::ostream* out) {
 
 class OneQuery : public ::testing::TestWithParam<LateByCount> {};
 
-/// With one query, the late reply to an earlier request fits, and comes from the right point.
+/// The line sends one query only, so the late reply to an earlier request has the right form and
+/// point.
 TEST_P(OneQuery, ShowsNoOldValueWithARecentTime) {
   const LateByCount& late = GetParam();
   ForPhases([&](Duration phase) {
@@ -302,8 +304,8 @@ INSTANTIATE_TEST_SUITE_P(OrderCases, Predecessor, ::testing::ValuesIn(Predecesso
                                   "Behind";
                          });
 
-// ---------------- Late answers: within the ceiling they are used; beyond it no wrong value is
-// good.
+// ---------------- Late replies are used if they end before the ceiling. After the ceiling, they
+// must not make a wrong value good.
 
 class LateReplies : public ::testing::TestWithParam<LagCase> {
  protected:
@@ -347,7 +349,8 @@ TEST_P(LateReplies, AreUsed) {
   EXPECT_GE(tenth, 0.85);
 }
 
-/// A reply must be complete at the ceiling, so it can begin no later than this.
+/// The late replies begin in the middle between reply time and ceiling, so that they are complete
+/// at the ceiling.
 TEST_P(LateReplies, AreUsedUpToTheCeiling) {
   const config::Timing times = GetParam().setup.protocol->timing(GetParam().setup.serial);
   const Duration whole = *times.ceiling - *times.reply;

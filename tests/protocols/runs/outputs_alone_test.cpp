@@ -175,8 +175,8 @@ TEST(OutputsOfDcon, AnUnsentWriteIsNotConfirmed) {
   EXPECT_FALSE(WasWritten(*line));
 }
 
-/// The module is silent, so its checksum mode is unknown. In the wrong mode a command could be
-/// another write.
+/// The module is silent, so its checksum mode is unknown. If the mode were wrong, the module could
+/// take the command for another write.
 TEST(OutputsOfDcon, AModuleOfUnknownChecksumModeIsNotWritten) {
   const auto line = DconRelay(true);
   line->twin(0).manner.instead = [](View) { return std::optional(Bytes()); };

@@ -261,7 +261,7 @@ void Rig::CompareWithTwin(std::uint32_t device) {
 bool Rig::IsRight(const config::Point& point, const bus::PointRecord& shown, const Value& truth) {
   if (IsBad(shown.reported) || shown.value == truth) return true;
   if (point.recheck == config::Recheck::off) return false;
-  // A small difference needs no second reading, so damage can look like a change.
+  // A small change is accepted without a second reading. So damage can pass as a change.
   if (!IsGood(shown.reported)) return true;
   if (point.type == config::Type::boolean || point.type == config::Type::string) return false;
   return std::abs(ToDouble(shown.value) - ToDouble(truth)) <= std::abs(ToDouble(truth)) * 0.12;

@@ -19,7 +19,7 @@
 namespace baudgate::protocols {
 
 struct Setup {
-  std::string name;  ///< letters and digits only
+  std::string name;
   const Protocol* protocol = nullptr;
   /// True if the check value of a frame is valid, as computed by the test and not by the protocol.
   bool (*good_checksum)(View frame) = nullptr;
@@ -34,7 +34,8 @@ inline std::string SetupName(const ::testing::TestParamInfo<Setup>& info) {
   return info.param.name;
 }
 
-/// Returns each protocol with the serial settings of its reference, and two equal devices.
+/// Returns a line for each protocol, with the serial settings of its reference and two devices of
+/// one profile.
 const std::vector<Setup>& RealLines();
 const Setup& RealLine(const std::string& name);
 /// Returns a Modbus TCP line. Its bytes are never damaged, because TCP protects them.
@@ -73,7 +74,6 @@ class Rig {
   bool AllGood(std::uint32_t device);
   bool AllGood();
   bool FastGood(std::uint32_t device);
-  /// True if no fast point is bad; points can be uncertain.
   bool FastUsable(std::uint32_t device);
   bool AnyUsable(std::uint32_t device);
 

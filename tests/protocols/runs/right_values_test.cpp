@@ -41,8 +41,8 @@ struct Oddity {
   std::function<void(config::Device&)> options = [](config::Device&) {};
   std::function<void(Twin&)> settings = [](Twin&) {};
   std::vector<std::pair<std::string, std::string>> says{};
-  /// Factor between this device's and the right device's value; nothing: the point has no true
-  /// value.
+  /// Factor between this device's value and the right device's value; nothing: the point has no
+  /// true value.
   std::function<std::optional<double>(const config::Point& point)> means =
       [](const config::Point&) { return std::nullopt; };
   bool is_named = true;    ///< true: the state or trouble of the device must report the difference
@@ -159,7 +159,7 @@ class RightValues : public ::testing::TestWithParam<Case> {
   const config::Device& device() { return *line_->store().device(0); }
   const Oddity& OddityOf(std::size_t twin) { return GetParam().oddities[twin - 1]; }
 
-  /// All twins return the same numbers, regardless of their meaning.
+  /// All twins measure the same numbers, whatever unit or scale their settings give them.
   void SetUp(std::size_t twin) {
     VirtualLine::WireTwin& wired = line_->twin(twin);
     for (std::size_t i = 0; i < device().points.size(); ++i) {
@@ -287,17 +287,17 @@ INSTANTIATE_TEST_SUITE_P(Lines, RightValues, ::testing::ValuesIn(Cases()),
                          [](const auto& info) { return info.param.name; });
 
 // ---------------- Points with constant values, behind a server that falls permanently behind.
-// Equal replies prove nothing about their order, but no point must show the value of another.
+// Equal replies prove nothing about their order, but no point must show the value of another point.
 
 using protocols::modbus::Framing;
 
 constexpr std::size_t kRuns = 3000;
 constexpr std::uint8_t kDiagnostics = 0x08;
-constexpr std::size_t kUnit = 6;  // index in the header of Modbus TCP
+constexpr std::size_t kUnit = 6;  // the server releases a reply only when the next reply arrives
 
-/// The behaviour of the server after it has fallen behind.
+/// each request releases the reply to the previous request, even if that was silence
 enum class Falls : std::uint8_t {
-  keeps_a_queue,     ///< a reply releases the previous reply
+  keeps_a_queue,     ///< like answers_silence, but a request without a reply is left out
   answers_silence,   ///< a request releases the reply to the previous request, even an empty reply
   answers_anything,  ///< like answers_silence, but requests without a reply are skipped
 };
@@ -389,7 +389,8 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
     return reply;
   }
 
-  /// Writes the number of the current request into each piece; without a piece, adds an exception.
+  /// Writes the transaction id of the current request into each piece, as a converter does. If
+  /// there is no piece, adds an exception.
   void Stamp(View request, std::vector<tools::TimedPiece>& pieces) const {
     if (!GetParam().tcp()) return;
     const bool units = GetParam().kind == Kind::converter_of_units;

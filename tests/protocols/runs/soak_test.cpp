@@ -1,7 +1,7 @@
 // Days of faults in virtual time: damaged and lost replies, absent devices, a bus that echoes,
 // damaged echoes. ctest runs six virtual minutes for each line, packaging/soak.sh 24 hours
 // (BAUDGATE_SOAK_HOURS). A wrong value is allowed to be good only if damage produced a valid check
-// value, which the oracle of bad_wire.h counts.
+// value, which tests/protocols/runs/bad_wire.h recognises.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -23,7 +23,7 @@ std::size_t Hours() { return Setting("BAUDGATE_SOAK_HOURS", 1); }
 
 std::size_t Minutes() { return Setting("BAUDGATE_SOAK_HOURS", 0) > 0 ? 60 : LongRun(60); }
 
-/// A short hour has as many outages as a full hour.
+/// In ctest an hour has six minutes, but as many outages as a full hour.
 Duration OfAnHour(int parts) { return static_cast<std::int64_t>(Minutes()) * 1min / parts; }
 
 std::size_t HeapInUse() { return mallinfo2().uordblks; }

@@ -183,7 +183,8 @@ TEST_F(SilentRefusal, OfARegisterIsNotFitted) {
 
 constexpr Duration kTime = 90s;
 
-/// True for requests that a relay with I1 to I5, name and events answers. Example: ">1RI3/6:".
+/// True for requests that a small relay answers: the inputs I1 to I5, its name F, and its events L
+/// and B. Example: ">1RI3/6:".
 bool HasIt(std::string_view request) {
   const std::string_view item = request.substr(3, request.rfind(':') - 3);
   if (item == "F" || item == "L" || item == "B") return true;

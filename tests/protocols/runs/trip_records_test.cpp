@@ -1,5 +1,5 @@
-// Tests that the recorded data of a trip is stored completely with this trip, in spite of faults.
-// The registers of the relays contain the number of their latest trip.
+// Tests that the data that a relay records of a trip is stored completely with the event of this
+// trip, in spite of faults. The registers of the relays contain the number of their latest trip.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -421,8 +421,8 @@ TEST(StoppedReader, DatesItsTagBeforeTheStop) {
   }
 }
 
-// ---------------- T and D contain the time at which their last character is sent, and delay no
-// poll.
+// ---------------- The clock messages T and D contain the time at which their last character is
+// sent, and delay no poll.
 
 class ClockRun : public ::testing::Test {
  protected:

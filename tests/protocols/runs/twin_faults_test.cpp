@@ -31,7 +31,8 @@ TEST_P(MisbehavingTwin, LostRepliesAreNoReply) {
 
 TEST_P(MisbehavingTwin, RetriesCompensateSomeLostReplies) {
   Misbehave("loss:rate=0.15,seed=3");
-  // After a lost reply, a reply without a tag can belong to any request of the task.
+  // A reply without a tag can belong to any earlier request. After a lost reply, it may be
+  // rejected.
   OnlyThese({Outcome::ok, Outcome::no_reply, Outcome::unexpected});
   EXPECT_EQ(own_[Outcome::no_reply], struck_);
   EXPECT_TRUE(rig_.FastUsable(kTroubled));
@@ -42,14 +43,15 @@ TEST_P(MisbehavingTwin, RetriesCompensateSomeLostReplies) {
 /// Every checksum detects a single wrong bit.
 TEST_P(MisbehavingTwin, BitErrorsAreCorrupt) {
   Misbehave("bits");
-  // A damaged identification with a valid check value is not accepted.
+  // A damaged identification with a valid check value is rejected as unexpected.
   OnlyThese({Outcome::ok, Outcome::corrupt, Outcome::partial, Outcome::unexpected});
   EXPECT_GT(own_[Outcome::corrupt], own_.all() / 2);
   TheNeighbourWasServed();
   EverythingComesBack();
 }
 
-/// If only the length identifies a reply, an echo of a request can look like a reply.
+/// Some protocols identify a reply by its length only. Their request, returned as an echo, can look
+/// like a reply.
 TEST_P(MisbehavingTwin, AnEchoIsNeverAValue) {
   Misbehave("echo");
   if (echo_hides_ > 0) {
@@ -66,7 +68,8 @@ TEST_P(MisbehavingTwin, AStallBeyondTheGapIsPartial) {
   Misbehave("stall:pause=300ms");
   OnlyThese({Outcome::ok, Outcome::partial, Outcome::corrupt});
   EXPECT_GT(own_[Outcome::partial], 10U);
-  // Short replies are complete before the stall, so the identification can succeed.
+  // The fault delays all bytes behind the first few. Short replies such as the identification are
+  // complete before.
   EXPECT_NE(end_state_, bus::DeviceState::online);
   // The neighbour is polled before the retries, and can collide with the rest of a stalled reply.
   TheNeighbourWasServed(4);
@@ -118,7 +121,8 @@ TEST_P(MisbehavingTwin, GarbageAfterAReplyAffectsNoOtherReply) {
 
 TEST_P(MisbehavingTwin, DoubledRepliesAffectNoOtherReply) {
   Misbehave("double");
-  // A second copy can be accepted for the next request, if replies do not contain their device.
+  // Replies of some protocols do not contain their device. A second copy of their reply can be
+  // accepted for the next request.
   if (untagged_ > 0) {
     OnlyThese({Outcome::ok, Outcome::unexpected});
   } else {
@@ -140,7 +144,7 @@ TEST_P(MisbehavingTwin, LateRepliesAreAwaitedAndReportedInAWarning) {
   EverythingComesBack();
 }
 
-/// The device does not catch up after silence. The probe shows the lag. See Shifted below.
+/// The device stays one request behind, even after silence. A probe shows this.
 TEST_P(MisbehavingTwin, RepliesOneRequestBehindAreNeverAccepted) {
   Misbehave("late:exchanges=1");
   EXPECT_GT(own_[Outcome::no_reply], 0U) << "the first";
@@ -205,7 +209,7 @@ std::vector<Setup> FaultyLines() {
 }
 INSTANTIATE_TEST_SUITE_P(Real, MisbehavingTwin, ::testing::ValuesIn(FaultyLines()), SetupName);
 
-// ---------------- Host watchdogs on a fully loaded line must not trip.
+// ---------------- Host watchdogs of DCON modules must not trip on a fully loaded line.
 
 constexpr Duration kPeriod = 500ms;
 constexpr std::uint32_t kWritten = 0;
@@ -300,9 +304,9 @@ TEST_F(NoHostWatchdog, LetsModulesTrip) {
   EXPECT_EQ(Tell(1, "0").substr(3, 2), "04");
 }
 
-// ---------------- Devices that answer with the reply to the request k exchanges before.
+// ---------------- Devices whose replies are late by some requests.
 
-/// Delays the replies of these devices, in one common queue, by this many requests.
+/// Delays the replies of these devices by `requests` requests, in one common queue.
 class Shifted {
  public:
   Shifted(Rig& rig, std::vector<std::uint32_t> devices, std::size_t requests)

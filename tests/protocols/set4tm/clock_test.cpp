@@ -270,7 +270,8 @@ class Reluctant : public Twin {
   bool said_ = false;
 };
 
-/// Status 05: the channel was closed meanwhile; 06: repeat the request. The write was not executed.
+/// The meter refuses the write with status 05 (the channel was closed meanwhile) or 06 (repeat the
+/// request), and does not execute it.
 TEST_F(ClockLine, ACorrectionIsRepeatedOnRequestOfTheMeter) {
   for (const int status : {5, 6}) {
     Make();

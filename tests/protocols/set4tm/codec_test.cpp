@@ -60,7 +60,8 @@ struct Vector {
   const char* reply;
 };
 
-/// Worked examples 1 to 18 of the reference. An empty reply is not printed there.
+/// Worked examples 1 to 18 of the reference. If the reference does not print a reply, the reply is
+/// empty here.
 constexpr Vector kVectors[] = {
     {"1", "00", "01 00 00 20", "01 00 00 20"},
     {"200", "01 30 30 30 30 30 30", "C8 01 30 30 30 30 30 30 03 D2", "C8 00 56 70"},

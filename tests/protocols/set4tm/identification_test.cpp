@@ -222,7 +222,8 @@ TEST(Set4tmKs, AStatusHasThreeBytesAndWaitsForSilence) {
   EXPECT_EQ(ReplyRule(lengthened, expect, true).kind, Cut::Kind::discard);
 }
 
-/// Some damaged replies have a valid checksum of the other kind, so a reply proves only presence.
+/// A damaged reply can have a valid checksum of the other kind. So a reply proves only that a meter
+/// is present.
 TEST(Set4tmKs, ASilentMeterIsSometimesProbedWithTheOtherChecksum) {
   config::Device device = MakeDevice("5", {MakePoint(kOneFloat)});
   device.options.Set("checksum", std::string("ks"));

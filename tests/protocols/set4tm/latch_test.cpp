@@ -14,7 +14,7 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// 12:00:20. The monotonic clock has a different zero.
+/// Noon as wall time. The monotonic clock has another zero.
 constexpr WallTime kWall = WallTime(std::chrono::sys_days(std::chrono::year(2026) / 3 / 1)) + 12h;
 Now SinceNoon(Duration since_noon) { return {Instant(1h) + since_noon, kWall + since_noon}; }
 
@@ -223,7 +223,8 @@ TEST_F(LatchLine, BothMetersShowTheSameMoment) {
   EXPECT_EQ(Said(1, kLatched), 201);
 }
 
-/// `08 14 50` returns the new latch time at once; the latched power is read a minute later.
+/// A meter returns the new latch time (`08 14 50`) at once, but its latched power is read up to a
+/// minute later.
 TEST_F(LatchLine, NoValueIsShownWithTheTimeOfAnother) {
   for (int second = 0; second < 200; ++second) {
     Show(second < 45 ? 100 : second < 105 ? 200 : 300);

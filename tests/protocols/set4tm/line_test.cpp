@@ -167,7 +167,8 @@ TEST(Set4tmLine, AMeterWithAMultiplierGetsLongerTimes) {
   line.Open();
   line.RunFor(10s);
   EXPECT_THAT(line.StatusOf(0).learned, HasSubstr("multiplier 5"));
-  // Later than the meter's 300 ms, but within five times its silence plus 500 ms.
+  // The think time exceeds the reply time of 300 ms, but the learned multiplier 5 lengthens the
+  // wait to five times the meter's silence plus 500 ms.
   line.twin(0).manner.think = 550ms;
   line.sent.clear();
   line.RunFor(20s);

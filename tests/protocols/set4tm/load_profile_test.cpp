@@ -199,7 +199,7 @@ Polls PollsSince(Instant begin, const VirtualLine& line) {
   return polls;
 }
 
-/// Returns how much later each poll up to `end` was sent than in the other run.
+/// Returns how much later each poll up to `end` was sent in run `with` than in run `without`.
 std::vector<Duration> Later(const Polls& with, const Polls& without, Instant end) {
   std::vector<Duration> later;
   for (const auto& [text, times] : without) {
@@ -216,14 +216,14 @@ std::size_t MemoryReads(const VirtualLine& line) {
       line.sent, [](const Sent& sent) { return sent.text.size() > 1 && sent.text[1] == 0x0C; }));
 }
 
-/// Journals would be read at other times, so these meters refuse them.
+/// Refuses to read journals. Otherwise the two runs would read journals at different times.
 std::optional<Bytes> NoJournals(View request) {
   if (request[1] != kJournal && request[1] != kJournalExtended) return std::nullopt;
   return MakeFrame(request.first(1), Bytes{0x01});
 }
 
-/// Answers after 7 to 108 ms (reference, chapter 4). The time depends only on the request and its
-/// repetition, so it is equal in both runs.
+/// Answers after 7 to 108 ms (reference, chapter 4). The time depends only on the request and on
+/// how often it came before, so that it is equal in both runs.
 std::function<std::optional<Bytes>(View)> Thinks(Manner& manner, bool journals) {
   auto times = std::make_shared<std::map<Bytes, std::uint32_t>>();
   return [&manner, times, journals](View request) {
@@ -274,7 +274,8 @@ TEST_P(LoadPace, ABacklogOfAHundredDaysDelaysNoPoll) {
   const Polls alone = PollsSince(begin, without->line);
   ASSERT_EQ(beside.size(), 6U);
   ASSERT_GE(alone.begin()->second.size(), 895U);
-  // After the backlog each meter is still identified once a minute, but at another second.
+  // From here on, each meter is identified at another second than in the other run, so only polls
+  // before are compared.
   const Instant end = std::min(with->read_at[0], with->read_at[1]);
   EXPECT_GT(end, begin + 8min) << "there is something to compare";
   EXPECT_EQ(Later(beside, alone, end), std::vector<Duration>());

@@ -104,7 +104,7 @@ class LoadDesk {
       }
       next += span;
     }
-    // The slices of an hour appear when its first slice is over.
+    // The slices of an hour (periods of `span`) can be read when its first slice is over.
     EXPECT_GE(next, utc() - span - LoadSession::kLook - 1min);
     EXPECT_LE(next, utc());
   }
@@ -148,7 +148,8 @@ class LoadDesk {
     return data;
   }
 
-  /// The meter has advanced its pointer, but not yet written the header of the hour.
+  /// Overwrites the header of the current hour. A meter advances its pointer before it writes this
+  /// header.
   void HideHeader(std::size_t address, Bytes& memory) const {
     const auto pointer = ParseLoadPointer(twin.Pointer());
     const std::size_t hour = LoadRing{ways.bytes, ways.minutes}.HourOf(*pointer)->address;

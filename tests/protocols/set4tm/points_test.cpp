@@ -140,7 +140,7 @@ TEST(Set4tmFields, ErrorCodesAreNeverNumbers) {
   EXPECT_FALSE(HasValue(Read("08 03 version@0", "03 0A 30").value));
   EXPECT_FALSE(HasValue(Read("04 00 time@0", "31 30 25 01 02 09 02 00").value));
   EXPECT_FALSE(HasValue(Read("04 00 time@0", "31 30 15 01 02 13 02 00").value));
-  // An open journal record has no end time yet, so its value is an empty text.
+  // An open journal record has no end time yet, so the value of its end is an empty text.
   const Decoded open = Read("09 01 09 time@7", "31 30 15 01 02 09 02 00 00 00 00 00 00 00");
   EXPECT_EQ(std::get<std::string>(open.value), "");
 }
@@ -175,7 +175,7 @@ TEST(Set4tmConstants, TheVariantGivesMeterConstantAndCoefficients) {
   EXPECT_EQ(ParseVariant(Hex("15 40 80")).power_coefficient, 1);   // 120-230 V, 1 A
   EXPECT_EQ(ParseVariant(Hex("14 40 70")).power_coefficient, 20);  // PSCH-3TM.05M
   EXPECT_EQ(ParseVariant(Hex("14 50 90")).current_coefficient, 10);
-  EXPECT_FALSE(ParseVariant(Hex("15 40 10")).power_coefficient);  // not certain
+  EXPECT_FALSE(ParseVariant(Hex("15 40 10")).power_coefficient);  // the reference is not certain
   EXPECT_FALSE(ParseVariant(Hex("14 40 B0")).power_coefficient);
   EXPECT_FALSE(ParseVariant(Hex("14 40")).meter_constant);
 }
@@ -214,7 +214,7 @@ TEST(Set4tmSnapshot, SlotsOfGroupReadsMatchTheReference) {
   EXPECT_EQ(ParameterAt(Hex("08 1B 02 14"), 12), 0x17);
   EXPECT_EQ(ParameterAt(Hex("08 1B 00 41"), 0), 0x40);
   EXPECT_EQ(ParameterAt(Hex("08 1B 00 19"), 0), 0x18);
-  EXPECT_FALSE(ParameterAt(Hex("08 1B 01 00"), 0));  // latched values
+  EXPECT_FALSE(ParameterAt(Hex("08 1B 01 00"), 0));  // latched values have no such parameter
   EXPECT_FALSE(ParameterAt(Hex("08 1B 02 00"), 2));
   EXPECT_FALSE(ParameterAt(Hex("08 1B 00 00"), 4));
 }
@@ -333,7 +333,7 @@ TEST_P(Set4tmRatios, PowerAndEnergyAgree) {
 }
 
 TEST_P(Set4tmRatios, AnglesAndFrequencyUseNoRatio) {
-  // Ubat, KI, K2i, K0i, cos, sin, tg, f, T, KU, K2u, K0u, averaged f, averaged KU
+  // Ubat, KI, K2i, K0i, cos, sin, tg, f, T, KU, K2u, K0u, averaged f, averaged KU, averaged K2u
   for (const char* rr :
        {"1C", "25", "28", "2C", "31", "35", "39", "40", "70", "81", "88", "8C", "90", "B1", "B8"}) {
     const std::string read = std::string("08 1B 00 ") + rr + " float_le@0";

@@ -107,7 +107,8 @@ TEST(Set4tmSession, AnEchoedFloatReadIsNoValue) {
   EXPECT_TRUE(answer.readings.empty());
 }
 
-/// As a float, the request 08 1B 00 41 would be 8.0.
+/// Other bytes must not pass as a float: as a float, the request 08 1B 00 41 of another master
+/// would be 8.0.
 TEST(Set4tmSession, ARequestOfAnotherMasterIsNoFloat) {
   for (const char* question : {"08 1B 00 41", "08 1B 02 00", "08 1B 00 11"}) {
     Talk talk = OpenTalk(OneFloat());

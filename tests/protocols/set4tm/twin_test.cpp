@@ -164,7 +164,7 @@ const Bytes kPassword = ToBytes("000000");
 
 Now Earlier(Duration since) { return {Instant(5h) + since, WallTime(1'790'000'000s) + since}; }
 
-/// Returns the clocks of another process, whose monotonic clock has another zero.
+/// Returns the clocks of a later process, whose monotonic clock has another zero.
 Now Later(Duration since) { return {Instant(7min) + since, WallTime(1'790'000'000s) + since}; }
 
 TEST(MeterMemory, TheFirstSerialNumberIsStored) {

@@ -92,7 +92,7 @@ ClockOffset::Offset OffsetOf(const std::string& said, WallTime arrives, Duration
 }
 
 TEST(SpaClockOffset, IsMeasuredAtTheMiddleOfTheTurnaround) {
-  // The reply of 16 ms begins 20 ms after the request.
+  // The reply ends 36 ms after the request, and takes 16 ms, so it begins after 20 ms.
   const auto ahead = OffsetOf("01.510", kNoon, 36ms);
   EXPECT_NEAR(ToDouble(ahead.value), 1.5, 1e-9);
   EXPECT_EQ(ahead.quality, Quality::good);
@@ -158,8 +158,8 @@ TEST(SpaClockOffset, IsReadOnlyAndANumber) {
       MakePoint("T offset", Type::float32, Group::fast, Access::read_write)));
 }
 
-// ---------------- Only a relay with the right designation has good values. Texts: SPA reference, F
-// of SPCJ 4D29 and SPAU 130 C.
+// ---------------- Only a relay that reports the configured designation has good values. Texts: SPA
+// reference, F of SPCJ 4D29 and SPAU 130 C.
 
 config::Device Relay() {
   config::Device device = MakeDevice({MakePoint("I1"), MakePoint("S1")}, "1");

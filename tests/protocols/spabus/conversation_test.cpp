@@ -177,7 +177,8 @@ TEST(SpaConversation, ReportsTheLearnedChecksums) {
   EXPECT_EQ(talk->WhatIsLearned(), "");
 }
 
-/// An XOR does not detect some pairs of bit errors, so a damaged reply can look like NACK 5.
+/// An XOR does not detect some pairs of bit errors, so a damaged reply can look like a refusal
+/// (NACK 5).
 TEST(SpaConversation, ARefusalOfAnAnsweredItemIsAnOrdinaryFailure) {
   Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1")}));
   const auto say = [&](const std::string& reply) {

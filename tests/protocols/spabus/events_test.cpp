@@ -18,7 +18,8 @@ TEST(SpaEventText, IsParsed) {
     std::optional<Duration> time;
     const char* rest;
   };
-  // The first case is an example of the reference; the others are forms that the reference allows.
+  // The first case is an example of the reference. The other cases are forms that the reference
+  // allows.
   const Case cases[] = {
       {"12.345 0E1", 0, 1, 12'345ms, ""},
       {"12.345 E51", 0, 51, 12'345ms, ""},

@@ -83,7 +83,8 @@ LawSubject Wildcard() {
   return subject;
 }
 
-/// A damaged request is delivered, because the device answers it with NACK 0.
+/// The rule for requests delivers a request with a wrong checksum, because the device answers it
+/// with NACK 0.
 LawSubject Requests() {
   LawSubject subject;
   subject.name = "requests";
@@ -117,7 +118,7 @@ std::vector<LawSubject> Subjects() {
       Wildcard(),
       Requests()};
   for (LawSubject& subject : subjects) {
-    // In this variant the checksum covers only the last line.
+    // The checksum of "continued_d" covers only its last line.
     if (subject.name == "continued_d") subject.checksum = false;
     std::erase(subject.name, '_');
   }

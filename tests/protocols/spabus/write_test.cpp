@@ -209,7 +209,8 @@ TEST_P(SpaWriteEnd, HasTheOutcomeOfItsReplies) {
     ASSERT_LT(step, course.heard.size()) << "one request too many: " << ToHex(request->bytes);
     Then then = Then::done;
     const std::string& heard = course.heard[step];
-    // In the poller, too, a reply that does not prove the device's presence is a failure.
+    // As in the poller, a reply that does not prove the device's presence is a failure of the
+    // request.
     const Outcome first =
         heard.empty() ? Outcome::no_reply : talk->Check(request->bytes, ReplyText(heard));
     if (ProvesLife(first)) {
@@ -352,7 +353,8 @@ TEST(SpaWrite, AnUnsentClosingStaysPending) {
   EXPECT_FALSE(relay.is_open());
 }
 
-/// The write was forbidden at the last moment, which the conversation does not notice.
+/// The write was forbidden after the conversation made its first request, and the conversation does
+/// not learn this.
 TEST(SpaWrite, AnUnsentWriteIsClosedBeforeTheNextPoll) {
   Interrupted relay(1);
   Asked(relay.talk, kWrite);

@@ -26,13 +26,13 @@ enum class Standing { certain, inferred, unsourced };
 struct TableRow {
   std::string point;
   std::string read;
-  std::string write;  ///< empty: not writable, or equal to `read`
+  std::string write;  ///< empty: the point is not writable, or its `write` equals its `read`
   std::string type;
   std::string unit;
   double scale = 1;
   double offset = 0;
   std::vector<double> sentinels;
-  std::string access;  ///< "r", "w", "rw"
+  std::string access;  ///< "r": read only, "w": write only, "rw": both
   Standing standing = Standing::certain;
 };
 

@@ -11,7 +11,8 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-/// Like Eurotherm's EI-Bisync: two letters name the parameter, one byte confirms or refuses.
+/// A protocol like EI-Bisync of Eurotherm: two letters name the parameter, one byte confirms or
+/// refuses.
 constexpr char kBisync[] = R"(
 device: controller
 parameters: { g: "1", u: "2" }
@@ -423,8 +424,8 @@ TEST(TelegramUnits, AUnitWithoutCodesMustMatchTheFirstExample) {
 struct UnitRow {
   const char* receive;
   const char* came;
-  const char* codes;  ///< codes of `unit`; empty: the unit of the example
-  const char* point;  ///< options of the point after its type
+  const char* codes;  ///< `codes` for the field `unit`; empty: its unit is that of the example
+  const char* point;  ///< options of the point behind its type
   bool wrong;
 };
 
@@ -454,7 +455,7 @@ constexpr UnitRow kUnitRows[] = {
     {"{unit:word} {w:decimal}", "g 12.5", "", "unit: kg", true},
 };
 
-/// Otherwise a point with another unit than the telegram would show 99 g as 99 kg.
+/// The telegram contains its unit. If the point had another unit, 99 g would be shown as 99 kg.
 TEST(TelegramUnits, APointMustHaveTheUnitOfItsTelegram) {
   for (const UnitRow& row : kUnitRows) {
     const std::string codes =

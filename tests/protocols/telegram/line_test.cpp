@@ -28,8 +28,8 @@ config::Line LineWith(const Protocol& protocol, config::Device device, int baud)
 }
 
 struct Used {
-  double exchanges = 0;  ///< per minute
-  double age = 0;        ///< average age of the first point
+  double exchanges = 0;  ///< number of exchanges in 42 s
+  double age = 0;        ///< average age of the first point, in seconds
 };
 
 Used UseOf(const Protocol& protocol, const std::string& profile, int baud) {
@@ -235,8 +235,8 @@ TEST(TelegramLine, AScaleWithoutSerialNumberKeepsGoodWeights) {
   }
 }
 
-// ---------------- The OWEN MV110-8A as a description must give the same readings as protocol
-// `dcon`.
+// ---------------- The OWEN MV110-8A read by a description (protocol `telegram`) must give the same
+// readings as by protocol `dcon`.
 
 const std::string kRequest = "#0184\r";
 
@@ -328,7 +328,8 @@ TEST_F(BothPlugins, DecodeEveryRecordedReplyEqually) {
   EXPECT_GT(good_, 2);
 }
 
-/// Each byte is replaced, lost or doubled, also with a checksum that is made to fit.
+/// Each byte of a reply is replaced, lost or doubled. Some damaged replies get a checksum that
+/// fits.
 TEST_F(BothPlugins, DecodeEveryDamagedReplyEqually) {
   constexpr std::string_view kOthers = "09.+- >!?A\r\xFF";
   for (const std::string& answer : RecordedAnswers()) {

@@ -27,7 +27,8 @@ const std::string kBoth =
     "  - { name: one, read: val(n=1).v, type: float32 }\n"
     "  - { name: two, read: val(n=2).v, type: float32 }\n";
 
-/// A meter whose channels 1 to 9 return 10, 20, …, times the selected range; other channels "NO".
+/// A meter whose channel N returns 10 x N x the selected range. "CHN" selects a channel, "RNGN" a
+/// range.
 struct Selectable {
   int channel = 7;
   int range = 1;
