@@ -13,7 +13,8 @@ inline std::size_t Setting(const char* variable, std::size_t otherwise) {
   return text == nullptr ? otherwise : std::strtoul(text, nullptr, 10);
 }
 
-/// Returns the number of rounds, seeds, exchanges or minutes: `all`, or a tenth of it.
+/// Returns how often a random run repeats its test: `all` times, or a tenth of it (at least once)
+/// in ctest.
 inline std::size_t LongRun(std::size_t all) {
   return Setting("BAUDGATE_LONG_RUNS", 0) != 0 ? all : std::max<std::size_t>(all / 10, 1);
 }

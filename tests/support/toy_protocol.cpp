@@ -115,7 +115,7 @@ class ToyConversation final : public protocols::Conversation {
     return OnContent(task, kind, rest);
   }
 
-  /// A reply without an address fits any request of the kind U.
+  /// A request of kind U accepts any reply without an address.
   Outcome Check(View request, View frame) const override {
     const auto got = Read(AsText(frame.subspan(1, frame.size() - 5)));
     const auto asked = Read(AsText(request).substr(1));

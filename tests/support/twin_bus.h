@@ -31,7 +31,7 @@ struct TwinWish {
   std::string address;
   config::SerialSettings serial;
   std::vector<std::pair<std::string, std::string>> options{};
-  bool judges_parity = true;  ///< true: the twin ignores characters of another format
+  bool judges_parity = true;  ///< true: the twin ignores characters with another parity or length
 };
 
 class TwinBus {
@@ -44,7 +44,7 @@ class TwinBus {
     FromWire heard;
     int speakers = 0;
   };
-  /// How two replies to one request meet: they overlap, or follow each other.
+  /// How two replies to one request meet: they overlap, or the second follows the first.
   enum class Two { together, in_turn };
   Answer Ask(View request, const config::SerialSettings& serial, Instant now,
              Two two = Two::together);

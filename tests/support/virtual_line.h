@@ -43,9 +43,9 @@ struct Manner {
   /// Returns a reply in place of the twin's; nothing: the twin's reply is sent. Not called for
   /// requests that the twin does not answer, such as those to other devices.
   std::function<std::optional<Bytes>(View request)> instead;
-  /// Returns what arrives and when, in place of everything above except `dead` and `fragment`.
-  /// Called for every request on the line; `reply` is empty if the twin does not answer. See
-  /// gateway/tools/simulate/twin_faults.h.
+  /// Returns what arrives and when, in place of the behaviour that the members above set; only
+  /// `dead` and `fragment` still apply. Called for every request on the line; `reply` is empty if
+  /// the twin does not answer. Example: gateway/tools/simulate/twin_faults.h.
   std::function<std::vector<tools::TimedPiece>(View request, Bytes reply, Instant end_of_request)>
       deliver;
 };
@@ -80,7 +80,8 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
 
   void Open();
   void Close();
-  /// Ends the program and starts it again. Server, devices and the content of the store stay.
+  /// Ends the program and starts it again. The devices, the serial server and the values in the
+  /// store stay as they are.
   void Restart();
   void RunFor(Duration time);
   /// Stops the program for `time`, as SIGSTOP does. Bytes that arrive meanwhile are delivered in
@@ -120,8 +121,8 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   /// Returns the echo of a request, which the bus returns character by character; empty: no echo.
   std::function<Bytes(View request)> echo;
   /// Returns what arrives, and when, from a serial server before all devices. Its arguments are a
-  /// request and the replies of the devices, empty if they are silent. It replaces all manners
-  /// except `dead` and `instead`.
+  /// request and the replies of the devices, empty if they are silent. It replaces the Manner of
+  /// each device, except `dead` and `instead`.
   std::function<std::vector<tools::TimedPiece>(View request, Bytes reply, Instant end_of_request)>
       server;
   /// Time that the disk takes to store a batch of events. Restart() loses a batch that is not
@@ -131,10 +132,11 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   /// batches are appended to `events`.
   std::function<bool(const bus::ReportedEvents& reported)> keep;
   std::vector<bus::ReportedEvents> events;
-  /// Returns EventBatch::said of the device's last batch that was saved before the start. An empty
-  /// string or an empty function: no batch was saved.
+  /// Called when the program starts. Returns EventBatch::said of the device's last saved batch. An
+  /// empty string or an empty function says that no batch was saved.
   std::function<std::string(std::uint32_t device)> said;
-  /// See PollerListener. Called within the poller, so it must not call the poller.
+  /// Called from the functions of PollerListener with these names. The poller is running, so they
+  /// must not call it.
   std::function<void(std::uint32_t device, Instant asked)> drained;
   std::function<void(std::uint32_t device, Instant at)> read;
   std::function<void()> always;
@@ -176,7 +178,7 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   std::unique_ptr<bus::Poller> poller_;
   bool open_ = false;
   std::uint64_t sends_ = 0;
-  bool unsent_ = false;  // see RequestPort
+  bool unsent_ = false;
 };
 
 inline void PrintTo(Quality quality, std::ostream* out) { *out << Name(quality); }
