@@ -26,7 +26,8 @@ struct LawSubject {
   std::vector<Bytes> frames;
   /// Returns bytes without a whole frame: noise, truncated frames, foreign text.
   std::function<Bytes(std::mt19937&)> garbage;
-  /// Returns the part of a frame that carries its meaning; by default the whole frame.
+  /// Returns the part of a frame that laws compare, for example without its checksum; by default
+  /// the whole frame.
   std::function<Bytes(View)> essence = [](View frame) { return Bytes(frame.begin(), frame.end()); };
   /// True if the frames have a check value. Without one, damage cannot be detected.
   bool checksum = true;

@@ -31,8 +31,8 @@ std::string FolderOf(std::string_view path);
 
 /// Returns one sentence for each forbidden include of `path`. Example:
 /// "gateway/bus/exchange/line.cpp:12: gateway/bus/exchange may not include gateway/lines/lines.h".
-/// Adds to `used` the entries of the table that `path` needs: "LAYER|NAME" of an entry → names in
-/// its `may`.
+/// If `used` is given, adds what the includes need: for an entry "LAYER|NAME", the names from its
+/// `may`.
 std::vector<std::string> WrongIncludes(
     const std::vector<Entry>& table, const std::string& path, std::string_view source,
     std::map<std::string, std::set<std::string>>* used = nullptr);

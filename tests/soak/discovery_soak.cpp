@@ -135,8 +135,8 @@ class Domain {
     rest_.clear();
   }
 
-  /// Returns the time until all points of all running gateways, and new samples of each, are
-  /// received.
+  /// Returns the time until all points of all running gateways are received, and after that a new
+  /// sample of each gateway.
   Duration Whole() {
     heard_.clear();
     DropNews();

@@ -51,8 +51,8 @@ void LagPort::Take(View bytes) {
   SendNext();
 }
 
-/// Returns the next request. If only a silence can end a request, it is returned at once if the
-/// assembler contains nothing else.
+/// Returns the next request. A request whose end only silence marks is returned at once, if all
+/// bytes in the assembler belong to it.
 std::optional<Bytes> LagPort::NextRequest() {
   if (auto frame = assembler_.Next(false)) return frame;
   protocols::Assembler after_silence = assembler_;

@@ -1,6 +1,7 @@
-// Soak of lag_test.cpp with real clocks, timers and threads: lines on ptys behind lagging servers,
-// and an oracle that judges every good reading. Some seconds in ctest, an hour by
-// `packaging/soak.sh ptys 60`. BAUDGATE_SOAK_SECONDS: the length; BAUDGATE_LAG_SEED repeats a run.
+// Soak of the runs in tests/protocols/runs/lag_test.cpp with real clocks, timers and threads: lines
+// on ptys behind lagging servers, and an oracle that judges every good reading. It takes some
+// seconds in ctest, an hour by `packaging/soak.sh ptys 60`. BAUDGATE_SOAK_SECONDS sets the length;
+// BAUDGATE_LAG_SEED repeats a run.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>

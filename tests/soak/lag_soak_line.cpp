@@ -11,7 +11,7 @@ namespace baudgate {
 namespace {
 
 constexpr Duration kThink = 5ms;
-constexpr Duration kDeeds = 1s;       // interval of possible writes and replacements
+constexpr Duration kDeeds = 1s;       // at most one write or replacement in this time
 constexpr Duration kStaysFor = 1min;  // time until another device of the line is replaced
 constexpr std::size_t kOneWriteIn = 10;
 constexpr std::size_t kOneReplacementIn = 60;
@@ -105,7 +105,8 @@ void LagSoakLine::EndTurn() {
   share.all += time;
 }
 
-/// Begins a quiet or troubled turn. Its length is 0.5 to 1.5 times `turn_`.
+/// Begins the next turn: quiet and troubled turns alternate. Its length is 0.5 to 1.5 times
+/// `turn_`.
 void LagSoakLine::NextTurn() {
   troubled_ = !troubled_;
   turn_began_ = NowOnStage();
@@ -148,7 +149,8 @@ void LagSoakLine::Look() {
     EndTurn();
     NextTurn();
   }
-  // Points of a foreign device are never good, so it stays for one troubled turn only.
+  // The points of a foreign device are never good. A quiet turn must have good points, so the
+  // configured device comes back.
   for (std::uint32_t device = 0; device < devices() && !troubled_ && !NextChange(); ++device)
     if (IsForeign(device)) Replace(device, 500ms, false);
   if (now >= next_deed_) {

@@ -18,7 +18,8 @@ namespace baudgate {
 
 class LagSoakLine final : public protocols::LagStage {
  public:
-  /// The twins run on `world`, in the thread that calls these functions; the line has a thread.
+  /// The twins run on `world`, in the thread that calls these functions. The line runs in a thread
+  /// of its own.
   LagSoakLine(const protocols::LagCase& which, unsigned seed, const std::string& path,
               asio::io_context& world);
   ~LagSoakLine() override { runner_->Stop(); }
@@ -32,7 +33,7 @@ class LagSoakLine final : public protocols::LagStage {
   void PrintSummary();
 
  private:
-  /// Share of good points in the turns that have ended, in seconds.
+  /// Sums over the points and the turns that have ended, in seconds: good time, and all time.
   struct Share {
     double good = 0;
     double all = 0;

@@ -1,6 +1,6 @@
-// Soak in real time on ptys: one line per protocol, twins with every fault, and a reader that
-// compares with the true values. Ten minutes under AddressSanitizer by `packaging/soak.sh ptys`;
-// some seconds in ctest. BAUDGATE_SOAK_SECONDS sets the length.
+// Soak in real time on ptys: one line for each protocol, twins with every fault, and a reader that
+// compares with the true values. It takes ten minutes under AddressSanitizer by `packaging/soak.sh
+// ptys`, some seconds in ctest. BAUDGATE_SOAK_SECONDS sets the length.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,8 @@ constexpr Duration kLook = 10ms;
 constexpr Duration kProgress = 10s;
 constexpr Duration kSampleHeap = 1s;
 constexpr Duration kPatience = 5min;
-// Allowed growth of the heap above the maximum of the first third, in bytes.
+// After the first third of the soak, the heap may exceed its maximum of that third by this many
+// bytes.
 constexpr std::size_t kFlat = 256 * 1024;
 
 Duration Length() { return std::chrono::seconds(Setting("BAUDGATE_SOAK_SECONDS", 4)); }

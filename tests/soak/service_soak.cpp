@@ -1,8 +1,9 @@
 // Soak of the gateway as a service with devices, each a twin on a pty. Measures the time from its
-// start to the first good value and to its end, and checks that memory, descriptors and files do
-// not grow, neither during a run nor over kill -9. Prints the results; packaging/soak.sh service.
-// Environment: BAUDGATE_SOAK_SECONDS (of the run that is watched), _KILLS, _DEVICES (14 at most),
-// _DDS (1: with the DDS process).
+// start to the first good value and to its end. Checks that memory, descriptors and files do not
+// grow, neither during a run nor from one kill -9 to the next. `packaging/soak.sh service` prints
+// the results.
+// Environment: BAUDGATE_SOAK_SECONDS (length of the run that is watched), _KILLS, _DEVICES (14 at
+// most), _DDS (1: with the DDS process).
 // SPDX-License-Identifier: Apache-2.0
 #include <signal.h>
 

@@ -23,7 +23,8 @@ class WeakChecksums {
       : setup_(setup), options_(ParseOptions(*setup.protocol, options)) {}
 
   void OnDelivery(View request, View reply, View delivered);
-  /// True if an exchange that ended at `read_at` can contain an undetected damaged frame.
+  /// Returns true if an exchange that ended at `read_at` may have received a damaged frame with a
+  /// valid check value.
   bool MayHaveReached(Instant read_at, Duration longest_exchange) const;
   std::size_t count() const;
 

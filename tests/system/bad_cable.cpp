@@ -14,7 +14,8 @@
 namespace baudgate::system_test {
 namespace {
 
-// The longest time between two pieces of a reply, in ms. It is shorter than every protocol's gap.
+// The longest pause between two pieces of a reply, in ms. It is shorter than the gap of every
+// protocol.
 constexpr int kMostDelay = 15;
 constexpr int kMostNoise = 24;
 

@@ -223,7 +223,8 @@ TEST_F(Stall, OfASerialServerDeliversNoAbandonedRequest) {
     return daemon->Errors().find("takes no data: a request has not been acknowledged") !=
            std::string::npos;
   };
-  // Fills the kernel buffer. Each request is for another slave, because silent slaves get no more.
+  // Sends writes until the kernel's buffer is full. Each write is for another slave, because a
+  // silent slave gets no second request.
   std::uint8_t last = 0;
   while (!lost() && last < kAfter - 1) {
     Send(client, Write(++last));

@@ -16,13 +16,14 @@
 
 namespace baudgate::system_test {
 
-/// Programs take this many times longer under the thread sanitizer.
+/// Under the thread sanitizer, programs take this many times longer.
 #ifdef __SANITIZE_THREAD__
 constexpr int kSlower = 4;
 #else
 constexpr int kSlower = 1;
 #endif
-/// The time limit of every wait. A result can be late in any test, but not later than this.
+/// The time limit of every wait. A result may be late in a test, but if it takes longer, the test
+/// fails.
 constexpr Duration kPatience = kSlower * 20s;
 /// The duration of a release or trial in which a test runs two or three commands.
 constexpr Duration kLongEnough = kSlower * 3s;
@@ -69,7 +70,7 @@ class Child {
 };
 
 struct Finished {
-  int code = -1;  ///< as in WaitForEnd; -1: the test had to kill the child
+  int code = -1;  ///< exit code, or 128 + signal; -1: the test had to kill the child
   std::string output;
   std::string errors;
 };

@@ -1,4 +1,4 @@
-// Tests the other subcommands: exit codes and the format of their output.
+// Tests the subcommands that need no running gateway: exit codes and the format of their output.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -132,7 +132,7 @@ TEST_F(Control, ATraceShowsTheBytesAndEndsCleanly) {
   EXPECT_TRUE(Eventually([&] { return !other->Output().empty(); }));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(other->WaitForEnd(), 4);
-  // Or "has closed the connection", if a record was being sent.
+  // If a record was being sent, the text goes on with "has closed the connection".
   EXPECT_THAT(other->Errors(), HasSubstr("the trace has ended: the gateway "));
   EXPECT_EQ(daemon->WaitForEnd(), 0);
   EXPECT_FALSE(fs::exists(socket()));

@@ -111,7 +111,8 @@ TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
   EXPECT_EQ(cyclone->WaitForEnd(40s), 0) << cyclone->Errors();
   EXPECT_THAT(cyclone->Output(), HasSubstr("gone meter-1 frequency\n"));
-  // A slow subscriber can miss some samples, because the gateway waits only briefly.
+  // The gateway waits only briefly for subscribers at its end, so a slow subscriber can miss
+  // samples.
   EXPECT_TRUE(std::regex_search(cyclone->Output(), std::regex("(meter|relay)-1 \\w+ [0-9.]+ 8 ")))
       << "no point says that it is not connected any more";
   EXPECT_TRUE(Eventually([&] {

@@ -54,7 +54,8 @@ TEST_F(Traces, CanBeDecodedForOneDevice) {
   EXPECT_EQ(exchanges[0]["values"][0]["value"], 1.0);
 }
 
-/// The outcomes come from the trace, because the bytes do not show a ceiling or a late reply.
+/// The outcomes are those of the trace. The bytes do not show that an exchange exceeded the
+/// ceiling, or that a reply was late.
 TEST_F(Traces, KeepTheRecordedOutcomes) {
   const auto exchanges = Decode({"--protocol", "dcon"}, R"(
 04:05:06.000000 ai-1 > 23 30 31 0D | #01.

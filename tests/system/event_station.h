@@ -12,7 +12,8 @@ namespace baudgate::system_test {
 
 class EventStation : public Station {
  protected:
-  /// With "events: {}\n" in `top`, the gateway records its own events, too.
+  /// `top` is put before all other keys. "events: {}\n" makes the gateway record its own events,
+  /// too.
   std::string Yaml(const std::string& keys = ", events: on", const std::string& top = "",
                    bool dds = false) const {
     return top + WithSocket(Head(dds), "state: " + LinkOf("state") + ", ") +

@@ -244,7 +244,8 @@ TEST_F(EventRing, IsReadWithoutErrorsWhileEventsArrive) {
       << daemon->Errors();
   const std::int64_t last = Status()["events"]["newest"].get<std::int64_t>() + 60;
 
-  // Unit 255 returns all events. Events that leave the ring before they are read are counted.
+  // Unit 255 returns all events from a ring of registers. Events that leave the ring unread are
+  // counted as lost.
   const Json all = Read(255, kBefore - kRing + 1, last);
   EXPECT_THAT(all["wrong"], SizeIs(0)) << all["wrong"];
   EXPECT_GE(all["oldest"].size(), 2U) << "the ring did not go on";
@@ -259,7 +260,8 @@ TEST_F(EventRing, IsReadWithoutErrorsWhileEventsArrive) {
   }
   EXPECT_GT(next, last);
 
-  // The relay's unit returns its own events; other events are skipped and not counted.
+  // The unit of the relay returns the relay's events only. Other events are skipped, and are not
+  // counted as lost.
   const Json own = Read(1, kBefore - 99, last);
   EXPECT_THAT(own["wrong"], SizeIs(0)) << own["wrong"];
   EXPECT_EQ(own["lost"], 0);

@@ -13,8 +13,8 @@ struct _modbus_mapping_t;
 
 namespace baudgate::system_test {
 
-/// Register N contains 1000 + N (holding) and 2000 + N (input). Coil N is on if 3 divides N,
-/// discrete input N if 5 divides N.
+/// Holding register N contains 1000 + N, input register N contains 2000 + N. Coil N is on if 3
+/// divides N; discrete input N is on if 5 divides N.
 class LibmodbusSlave {
  public:
   static constexpr int kSize = 1000;

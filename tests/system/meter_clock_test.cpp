@@ -1,5 +1,5 @@
 // Tests whether the gateway corrects a meter's clock that is a minute ahead. The test chooses
-// whether the host's clock counts as synchronised (host_clock/said_clock.cpp).
+// whether the host's clock counts as synchronised (tests/system/host_clock/said_clock.cpp).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
-// Tests `baudgate bridge`, `baudgate read --port`, and the tutorial of docs/new-device.md.
+// Tests `baudgate bridge` and `baudgate read --port`, which open a port themselves, and the
+// tutorial of docs/new-device.md.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

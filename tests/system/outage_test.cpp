@@ -84,7 +84,7 @@ TEST_P(SilentDevice, IsOfflineUntilItAnswersAgain) {
   EXPECT_TRUE(Eventually([&] { return client.Register(unit, 9000) == kOffline; }));
   EXPECT_TRUE(EventuallyLogged(*daemon, "offline"));
 
-  // Meanwhile the pty has collected all requests, so the twin answers all of them late.
+  // While the twin was stopped, its pty stored all requests. Now the twin answers all of them late.
   twin.Signal(SIGCONT);
   EXPECT_TRUE(TrueValuesUntil(unit, value, [&] { return client.Register(unit, 20000) == kGood; }));
   EXPECT_TRUE(EventuallyFloat(client, unit, 0, value));

@@ -176,7 +176,8 @@ TEST_F(Process, StartsAgainAtOnceAfterItWasKilled) {
   EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
 }
 
-/// As with baudgate.socket: systemd listens, and the first client starts the service.
+/// systemd-socket-activate does what systemd does with baudgate.socket: it listens, and starts the
+/// program when the first client connects.
 TEST_F(Process, ServesTheSocketThatSystemdHasOpened) {
   const auto twin = StartTwin("io", "module", "1");
   const std::string file = Write("baudgate.yaml", Yaml()).string();

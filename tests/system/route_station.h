@@ -14,7 +14,7 @@ inline constexpr int kUnit = 20;
 
 class RouteStation : public Station {
  protected:
-  /// One list entry per text. The first listener is that of port().
+  /// Each text of a vector becomes a list entry. The first listener is that of port().
   std::string Yaml(const std::vector<std::string>& routes, const std::string& lines,
                    const std::vector<std::string>& more_listeners = {}) const;
   std::string BareLine(const std::string& name, const std::string& keys = {},
@@ -32,7 +32,7 @@ class RouteStation : public Station {
   Finished MbpollTcp(const std::string& units, std::vector<std::string> words,
                      std::vector<std::string> values = {}) const;
 
-  /// Starts `baudgate run` and waits until these lines are open, too.
+  /// Starts `baudgate run` and waits until its Modbus port answers and these lines are open.
   std::unique_ptr<Child> StartGateway(const std::string& yaml,
                                       const std::vector<std::string>& lines = {"drive"}) const;
   Json Route(const std::string& units) const;

@@ -13,7 +13,7 @@ inline constexpr const char* kRoute = "{ units: 20, line: drive }";
 
 class Routes : public RouteStation {
  protected:
-  /// Register N of every slave contains 1000 + N; writes are confirmed.
+  /// Answers as a slave whose register N contains 1000 + N. Confirms every write.
   static std::vector<Piece> Answer(View request) {
     if (request[1] == 6) return {{0ms, Bytes(request.begin(), request.end())}};
     return {{0ms, RegistersReply(request, 1000)}};

@@ -33,7 +33,7 @@ TakenServer::TakenServer(std::uint16_t port)
 }
 
 TakenServer::~TakenServer() {
-  thread_ = {};  // joins the thread while the other members still exist
+  thread_ = {};  // stops and joins the thread, which uses the members below
   ::close(socket_);
 }
 

@@ -73,8 +73,8 @@ class Writers : public RouteStation {
   }
 #endif
 
-  /// Runs all writers. The first `quick` writers continue until the others have done `count`
-  /// writes.
+  /// Runs all writers. Each does `count` writes; the first `quick` writers go on until the others
+  /// have ended.
   static void RunAll(std::vector<Part>& parts, std::size_t quick, int count) {
     constexpr int kMost = 999;
     std::latch start(std::ssize(parts));

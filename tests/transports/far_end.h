@@ -1,4 +1,5 @@
-// Shared by transport tests: a recording listener, the far end of a wire, and waiting for events.
+// Helpers of the transport tests: a recording listener, the far end of a wire, and waiting for
+// events.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

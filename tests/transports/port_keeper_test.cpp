@@ -94,7 +94,8 @@ TEST_F(PortKeeperTest, ARepeatedTroubleIsReportedOnce) {
   EXPECT_TRUE(keeper_->OnDown("busy"));
 }
 
-/// Such a server can refuse, reset and close in turn, and sometimes accept without serving.
+/// A serial server without a free place can refuse, reset and close in turn, and sometimes accept a
+/// connection without serving it.
 TEST_F(PortKeeperTest, ATroubleOfAServerIsReportedOnceUntilItHasWorked) {
   Keep("tcp://127.0.0.1:1");
   EXPECT_TRUE(keeper_->OnDown("closed"));
@@ -177,7 +178,7 @@ TEST(OpenExclusive, SecondOpenOfThisProcessIsNamed) {
   ASSERT_FALSE(second.ok());
   EXPECT_TRUE(Contains(second.error(), "in use by another line of this gateway")) << second.error();
 
-  // The locks can be released long before the descriptor is closed.
+  // A port can be unlocked, and opened again, long before its first descriptor is closed.
   ReleaseLocks(*first);
   const auto third = OpenExclusive(pty->slave_path());
   EXPECT_TRUE(third.ok());
@@ -245,7 +246,8 @@ class PortWatchTest : public testing::Test {
     });
     ASSERT_TRUE(watch_->Start());
   }
-  /// inotify delivers at once, so later events need no waiting.
+  /// Returns the number of changes since the last call. inotify reports a change at once, so
+  /// nothing is waited for.
   int News() {
     test::RunReady(io_);
     return std::exchange(news_, 0);
@@ -369,7 +371,7 @@ struct Driver {
   std::promise<void> called;
   std::promise<void> answers;
   std::future<void> answer = answers.get_future();
-  std::size_t brings = 0;  ///< bytes that arrive once the port is open
+  std::size_t brings = 0;  ///< how many bytes arrive once the port is open
   std::promise<void> brought;
 };
 

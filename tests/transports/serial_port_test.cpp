@@ -235,7 +235,8 @@ TEST_F(SerialPortTest, APortThatTakesNoDataIsLost) {
   EXPECT_FALSE(port_->is_open());
 }
 
-/// The output stays stopped after the other program has ended, as long as the far end is open.
+/// The other program stops the output of the tty. The output stays stopped after this program has
+/// ended, because the far end keeps the tty open.
 TEST_F(SerialPortTest, AnOutputStoppedByAnotherProgramIsResumed) {
   const auto stop = [this] {
     const int other = ::open(link_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
@@ -275,7 +276,8 @@ class StalledPort : public SerialPortTest {
   const Bytes much_ = Bytes(40'000, 'x');
 };
 
-/// The kernel delivers what fits into its buffer for the far end (see serial_settings.h).
+/// The kernel delivers the bytes that are already in its buffer for the far end
+/// (transports/serial_settings.h). All later bytes are dropped.
 TEST_F(StalledPort, GetsNoMoreBytesOfAnAbandonedRequest) {
   port_->Send(much_);
   test::RunReady(io_);

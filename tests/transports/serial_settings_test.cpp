@@ -40,7 +40,7 @@ class SerialSettingsOnPty : public testing::Test {
 };
 
 TEST_F(SerialSettingsOnPty, TheSameSettingsApplyAgainAfterReopen) {
-  // The C library's tcsetattr would fail the second time.
+  // The second call would fail if it used the C library's tcsetattr.
   for (int round = 0; round < 3; ++round) {
     const PtySlave slave(*pty_);
     const Status set = ApplySerialSettings(slave.fd, k7E1, "pty");
@@ -123,7 +123,7 @@ TEST(CompareSettings, RoundingOfTheDividerIsAccepted) {
                   .ok());
 }
 
-/// Linux demands that a driver leaves unsupported settings out of its answer.
+/// Linux requires of a driver that its answer contains no setting that the driver does not support.
 TEST(CompareRs485, EachKeyThatTheDriverDoesNotKeepIsNamed) {
   config::Rs485 asked;
   asked.enabled = true;

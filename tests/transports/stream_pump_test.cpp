@@ -119,7 +119,7 @@ TEST_F(SessionTest, TheRestOfAPartlyWrittenRequestIsDropped) {
   EXPECT_TRUE(ends_.empty());
 }
 
-/// The stream behaves like a pty after TCOFLUSH: there is room, but the wait for room does not end.
+/// The stream behaves like a pty after TCOFLUSH: it has room, but does not report that it has room.
 TEST_F(SessionTest, RoomWithoutANotificationIsUsed) {
   session_->Send(ToBytes("start"));
   session_->DropUnsent();

@@ -444,7 +444,8 @@ TEST_F(NamesTest, AHostIsLookedUpOnceForAllCallers) {
   EXPECT_EQ(server_->asked, 2);
 }
 
-/// A line abandons a look-up after 5 s; until then these look-ups take all places.
+/// A line gives up a look-up after 5 s. Until then, its look-up occupies one of kMostAwaited
+/// places.
 TEST_F(NamesTest, AbandonedHostsMakeRoom) {
   for (std::size_t i = 0; i < HostNames::kMostAwaited; ++i) Ask("dead" + std::to_string(i));
   ASSERT_TRUE(WaitForAsked(HostNames::kMostAwaited));

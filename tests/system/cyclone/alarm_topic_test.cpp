@@ -37,7 +37,7 @@ TEST(AlarmTopic, LateSubscribersGetTheLatestStateOfEachAlarm) {
   auto writer =
       CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2, .events = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
-  constexpr std::uint64_t kAlarms = 5000;  // more than one writer of the library accepts
+  constexpr std::uint64_t kAlarms = 5000;  // more than the largest history of one DDS writer
   for (std::uint64_t number = 1; number <= kAlarms; ++number) {
     ASSERT_EQ((*writer)->Write(Alarm(number, 1)), Sent::yes) << number;
   }

@@ -1,6 +1,6 @@
-// Shared by the subscribers on Cyclone DDS: read a topic over loopback, first its history, then new
-// samples, and print one line per sample. They end after --count printed lines (exit code 0) or
-// --seconds (1).
+// Helper of the subscribers on Cyclone DDS. A subscriber reads a topic over loopback, first its
+// history, then new samples, and prints one line per sample. It ends after --count printed lines
+// (exit code 0) or after --seconds (exit code 1).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +21,7 @@ struct topic {
   int32_t instances;
   char* samples;  // array of BATCH samples
   size_t size;
-  bool (*show)(const void* sample);  // prints a sample; returns false if the sample does not count
+  bool (*show)(const void* sample);  // prints a sample; returns false if nothing was printed
 };
 
 int read_topic(int argc, char** argv, const struct topic* topic);

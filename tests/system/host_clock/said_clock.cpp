@@ -1,6 +1,6 @@
-// Replaces ntp_adjtime() in the gateway (LD_PRELOAD) for meter_clock_test.cpp: the clock counts as
-// synchronised if the file $SAID_CLOCK contains "right". Each answer is written to a file of the
-// same name with ".told" appended. No clock is set.
+// Replaces ntp_adjtime() in the gateway (LD_PRELOAD) for tests/system/meter_clock_test.cpp: the
+// host's clock counts as synchronised if the file $SAID_CLOCK contains "right". Each call writes
+// the text that it has read to a second file with ".told" appended. No clock is set.
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/timex.h>
 

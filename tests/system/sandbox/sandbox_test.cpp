@@ -21,7 +21,7 @@ constexpr int kSandboxUnit = 1;
 
 class Sandbox : public RouteStation {
  protected:
-  /// A configuration that makes the gateway use all its system calls.
+  /// Returns a configuration that makes the gateway use all the system calls that it ever needs.
   std::string Everything() const {
     std::string yaml =
         Yaml({"{ units: 20-21, line: drive }",

@@ -1,6 +1,6 @@
-// Runs a program under the restrictions of a unit, as far as a process can restrict itself. Where
-// systemd would return an error, SIGSYS ends the program, so that no refusal goes unnoticed (one
-// exception: see Apply). For mounts, devices and users see docs/boot-test.md.
+// Runs a program under the restrictions of a systemd unit, as far as a process can restrict itself.
+// SIGSYS ends the program where systemd would return an error, so that no refusal goes unnoticed
+// (one exception: see Apply). For mounts, devices and users see docs/boot-test.md.
 // Usage: sandboxed UNIT PROGRAM [ARGUMENT…]
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
@@ -33,7 +33,8 @@ using Directives = std::map<std::string, std::vector<Words>>;
 
 constexpr int kCannot = 125;
 
-/// A directive of the unit must be in one of two sets, so that a new directive is not forgotten.
+/// Each directive of the unit must be in one of these two sets. So a new directive is not
+/// forgotten.
 const std::set<std::string> kAppliedHere = {"LockPersonality",
                                             "MemoryDenyWriteExecute",
                                             "NoNewPrivileges",
@@ -238,7 +239,8 @@ void Apply(const Directives& directives) {
   if (IsOn(directives, "LockPersonality")) some.Add(kEnd, SCMP_SYS(personality));
   if (IsOn(directives, "RestrictRealtime")) some.Add(kEnd, SCMP_SYS(sched_setscheduler));
   Filter all(kEnd);
-  // The gateway asks for the clock's state and accepts a refusal (clock_corrector.h).
+  // The gateway asks for the clock's state and accepts a refusal
+  // (gateway/daemon/clocks/clock_corrector.h).
   if (!calls.contains("clock_adjtime")) {
     all.Add(SCMP_ACT_ERRNO(EPERM), SCMP_SYS(clock_adjtime));
     all.Add(SCMP_ACT_ERRNO(EPERM), SCMP_SYS(adjtimex));
