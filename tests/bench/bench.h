@@ -1,4 +1,4 @@
-// Shared by the benchmarks. Every result is a ratio to a limit that is measured in the same run.
+// Helpers of the benchmarks. Every result is a ratio to a limit that is measured in the same run.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -250,7 +250,8 @@ int BeCrowdGateway(const config::Catalog& catalog, int argc, char** argv) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGUSR1);
   sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // also for threads that start later
+  // Threads that start later block these signals, too.
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::vector<int> ports;
   std::ifstream file(directory + "/ports");
   for (int port = 0; file >> port;) ports.push_back(port);

@@ -36,7 +36,7 @@ constexpr int kDomain = 112;
 constexpr int kPort = 15112;
 constexpr auto kPhase = std::chrono::seconds(12);
 constexpr auto kReadPeriod = std::chrono::milliseconds(2);
-// wanted: a disturbance raises the 99th percentile by at most this
+// Wanted: a disturbance raises the 99th percentile by at most this.
 constexpr double kWantedUs = 1000;
 
 class Gateway {

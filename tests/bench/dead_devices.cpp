@@ -126,7 +126,7 @@ void MeasureReturn(const config::Catalog& catalog) {
   lines.StartRunners();
   std::vector<double> waits;
   for (int i = 0; i < kReturns; ++i) {
-    std::this_thread::sleep_for(300ms + i * 700ms);  // absent for longer in each round
+    std::this_thread::sleep_for(300ms + i * 700ms);  // the device is absent for longer each time
     lines.StartTwins(0);
     const auto began = std::chrono::steady_clock::now();
     while (lines.answered(0) == 0) std::this_thread::sleep_for(1ms);

@@ -64,7 +64,7 @@ class Drive {
   const std::string& path() const { return pty_.path(); }
   std::vector<OnWire> log() const;
   std::atomic<int> overlaps = 0;
-  /// number of silences before a request that are shorter than 3.5 characters
+  /// Number of silences before a request that are shorter than 3.5 characters.
   std::atomic<int> short_silences = 0;
   std::atomic<std::uint64_t> bytes_in = 0;
   std::atomic<std::uint64_t> bytes_out = 0;

@@ -1,5 +1,6 @@
-// Benchmark of loads that other gateways publish results for: 100,000 floats at 1 s and 10,000 at
-// 100 ms from ten Modbus TCP servers, with 100 writes meanwhile.
+// Benchmark of loads for which other gateways have published results: 100,000 floats that change
+// every second and 10,000 that change every 100 ms, from ten Modbus TCP servers, with 100 writes
+// during the run.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -82,8 +83,8 @@ std::uint16_t WordAt(const std::uint8_t* at) {
   return static_cast<std::uint16_t>(at[0] << 8 | at[1]);
 }
 
-/// Ten Modbus TCP servers in one loop of another process. Their floats change every second; written
-/// floats stay.
+/// Ten Modbus TCP servers in one loop of another process. Their floats change every second, except
+/// floats that were written.
 class Servers {
  public:
   Servers()
@@ -263,7 +264,8 @@ std::optional<pid_t> ChildOf(pid_t process) {
   return std::nullopt;
 }
 
-/// Runs the baudgate program beside this one, or the program in the environment variable BAUDGATE.
+/// Runs the program `baudgate` from the folder of this program, or the program that the environment
+/// variable BAUDGATE names.
 class Gateway {
  public:
   explicit Gateway(const std::string& file) {

@@ -109,7 +109,8 @@ double Rate(std::uint16_t port, int clients) {
     all.emplace_back(port);
     ready.push_back({all.back().socket(), POLLIN, 0});
   }
-  // All addresses differ, because identical reads would share an exchange.
+  // Each request has another address, because requests with equal addresses would share one
+  // exchange.
   std::uint16_t address = 0;
   for (const RawClient& client : all) client.Send(ReadAdu(1, address++));
   std::uint64_t answered = 0;

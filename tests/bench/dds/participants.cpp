@@ -143,7 +143,8 @@ pid_t Join(int count, const std::string& kind) {
 
 int BeSubscribers(const std::vector<std::string>& words) {
   const int count = std::stoi(words.at(1));
-  // A low priority, because on other machines subscribers would not use the gateway's processors.
+  // On other machines the subscribers would not use the gateway's processors, so their priority is
+  // low.
   [[maybe_unused]] const int nice = ::nice(19);
   const bool deaf = words.at(2) == "deaf";
   sigset_t stop;
