@@ -1,4 +1,4 @@
-// Tests place and text of every problem of a configuration, as listed in problems.txt.
+// Tests place and text of every problem of a configuration, as listed in tests/config/problems.txt.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ std::string Without(const std::string& prefix, std::string problems) {
   return problems;
 }
 
-/// The head of problems.txt explains the notation of the table.
+/// The head of tests/config/problems.txt explains the notation of the table.
 TEST(Problems, AreReportedAsInTheTable) {
   const auto cases = ReadFileCases("tests/config/problems.txt");
   EXPECT_GT(cases.size(), 500U);
