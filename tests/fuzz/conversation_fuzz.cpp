@@ -82,8 +82,8 @@ class Session {
   }
 
   /// Takes one byte. Its low 3 bits choose the task: 0…3 poll, 4 probe, 5 and 6 write, 7 reopen the
-  /// port. The other bits are the time that passes before, in 500 ms. A conversation that receives
-  /// unasked bytes does so in place of 0…2.
+  /// port. The other bits are the time that passes before the task, in 500 ms. In a conversation
+  /// that listens to unasked bytes, 0…2 receive such bytes.
   void RunTask() {
     const std::uint8_t head = input_.U8();
     now_ += (head >> 3U) * 500ms;

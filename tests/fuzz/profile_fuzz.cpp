@@ -36,7 +36,8 @@ void FuzzProfile(View bytes) {
     for (const config::Point& point : points) {
       Require(protocol.check_point(point).ok(), "the protocol takes its points");
     }
-  } catch (const YAML::Exception&) {  // allowed, because config/loader.cpp catches these exceptions
+    // Allowed, because config/loader.cpp catches exceptions of the YAML library.
+  } catch (const YAML::Exception&) {
   }
 }
 

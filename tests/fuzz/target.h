@@ -1,5 +1,5 @@
-// Runs a fuzz target on one input. Each source file registers its target; libfuzzer.cpp runs it
-// with new inputs (clang), replay_test.cpp with the corpora (ctest).
+// Runs a fuzz target on one input. Each source file registers its target. tests/fuzz/libfuzzer.cpp
+// runs the target with new inputs (clang), tests/fuzz/replay_test.cpp with the corpora (ctest).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

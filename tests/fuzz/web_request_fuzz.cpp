@@ -1,7 +1,7 @@
 // Fuzzes the web server with any request.
-// Input: a byte for the method, a byte for the path (a known path, or the counted text that
-// follows), counted texts: host, origin, cookie, authorization, body; then pairs of a byte for the
-// name of a query and a counted text.
+// Input: a byte for the method; a byte for a known path, or for a text that follows. Texts, each
+// behind its length byte: host, origin, cookie, authorization, body. Pairs of a byte for the name
+// of a query and a text.
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <asio/io_context.hpp>
