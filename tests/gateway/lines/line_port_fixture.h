@@ -182,7 +182,7 @@ class LinePortTest : public testing::Test {
   std::unique_ptr<protocols::Twin> twin_;
   bool answers_ = true;
   bool closes_ = false;  // the server closes the connection after each answer
-  // the server closes the connection in place of answering these addresses
+  // The server closes the connection in place of answering these addresses.
   std::set<std::uint8_t> closes_for_;
   LoosePort port_;
   FakeRetries retries_;

@@ -145,8 +145,8 @@ TEST_F(LineTest, TheOutcomeOfAWholeFrameDecidesWhetherTheLineDrains) {
   EXPECT_EQ(line_.state(), State::drain);
 }
 
-/// The late reply of relay 1 could be mistaken for the reply of relay 2, so the line stays silent
-/// for the whole aftermath. If replies contain an address, the shorter `drain` suffices.
+/// The late reply of relay 1 could be mistaken for the reply of relay 2, so the line waits for
+/// `aftermath_`. If replies contain an address, waiting for the shorter `drain` suffices.
 TEST_F(LineTest, AfterAFailureOnlyDevicesWithUnnamedRepliesGetTheAftermath) {
   aftermath_ = 200ms;
   for (const bool named : {false, true}) {

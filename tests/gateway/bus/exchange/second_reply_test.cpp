@@ -22,7 +22,7 @@ Bytes Joined(const std::vector<Bytes>& parts) {
 
 struct Behind {
   std::string name;
-  Bytes at_once;  // bytes in the same read as the reply, behind it
+  Bytes at_once;  // bytes behind the reply in the same read
   Bytes later;
   bool alone = true;
   bool only_copies = true;

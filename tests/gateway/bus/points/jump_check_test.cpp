@@ -27,8 +27,8 @@ class JumpCheckTest : public ::testing::Test {
     check_.emplace(points_);
   }
 
-  /// Returns how the reading is stored: "counts", "uncertain" or "-" (not stored); " again": the
-  /// point must be read again; " doubt": the stored value becomes uncertain.
+  /// Returns how the reading is stored: "counts", "uncertain" or "-" (not stored). " again" is
+  /// added if the point must be read again, " doubt" if the stored value becomes uncertain.
   std::string Read(const Value& value, Quality quality = Quality::good) {
     std::vector<Sample> samples = {{0, value, quality}};
     const JumpCheck::Result result = check_->Check(samples);
@@ -54,7 +54,7 @@ TEST_F(JumpCheckTest, TheFirstReadingNeedsASecondReading) {
   EXPECT_EQ(Read(21.9), "counts") << "within a tenth";
 }
 
-/// Example: a balance reports in the same reply that its weight is not stable.
+/// Example: in one reply, a balance reports a new state and that its weight is not stable.
 TEST_F(JumpCheckTest, AChangeDuringAnUncertainReadingIsNotDamage) {
   Use(PointOf(Recheck::jump, Type::boolean));
   const auto read = [this](bool stable, bool certain) {

@@ -305,7 +305,8 @@ TEST(JobRunnerTest, AReplyIsStoredOnceItIsProvenToMatchItsRequest) {
   EXPECT_EQ(rig.Value(1), "5");
 }
 
-/// One of the two replies belongs to another request, but which one is unknown. So neither counts.
+/// One of the two replies belongs to an earlier request, but which one is unknown. So neither reply
+/// counts.
 TEST(JobRunnerTest, AReplyThatWaitsForAProbeIsDroppedAfterASecondReply) {
   for (const bool second : {false, true}) {
     Rig rig("1");

@@ -430,7 +430,7 @@ TEST(PollerLate, AnAlwaysLateDeviceGetsMoreReplyTime) {
   line.always = [&] { ExpectOnlyTruth(line, 2, 1); };
   line.Open();
   line.RunFor(1500ms);
-  // more than the reply time of 200 ms, within the drain of 50 ms
+  // More than the reply time of 200 ms, within the drain of 50 ms.
   line.twin(0).manner.think = 220ms;
   line.RunFor(20s);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);

@@ -407,8 +407,8 @@ TEST(PollerRoutedFaults, ALostReplyFailsNoOtherRequest) {
   EXPECT_NEAR(failed, lost, 1) << "one may be under way";
 }
 
-// If an idle line counted as silent, the gateway would reconnect to a serial server again and
-// again.
+// An idle line sends no request, so it gets no reply. If it counted as silent, the gateway would
+// reconnect to a serial server again and again.
 TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
   RoutedLine line;
   line.Ask("warm", kRead);

@@ -30,7 +30,7 @@ config::Line WrittenDrive() {
   return settings;
 }
 
-/// Makes the line busy with a long read of another slave. Returns the number of requests before it.
+/// Makes the line busy with a long read of slave 21. Returns the number of requests before it.
 std::size_t StartBlock(RoutedLine& line) {
   line.RunFor(5s);
   const std::size_t before = line.sent.size();

@@ -1,4 +1,5 @@
-// Tests of `TurnLimit`, of odd replies, and of tasks for which a device has no request.
+// Tests of tasks for which a device has no request, of `TurnLimit`, and of replies that a job
+// accepts or refuses.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -502,8 +502,7 @@ TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
   EXPECT_FALSE(Reply(a, name_, "A0").replaced);
 }
 
-/// A frame becomes the device's new name if it comes twice. Here the first A0=7 can be the reply to
-/// ?A0.
+/// The device sends A0=7 twice, but the first A0=7 can be the reply to ?A0.
 TEST_F(WhoseReplyTest, TheReplyToAnEarlierRequestIsNotTakenAsANewName) {
   Run("PA0:A0 UA1:=1 ?A0:A0=7 PA0:A0=7");
   orders_.Reset(a);

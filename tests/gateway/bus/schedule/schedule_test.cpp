@@ -674,7 +674,7 @@ TEST(Schedule, ANewPlanContinuesTheRoundInProgress) {
 TEST(Schedule, ANewPlanContinuesSlowAndDailyRounds) {
   const struct {
     Group group;
-    // number of queries in the new plan; in the old plan one of three queries had been read
+    // Number of queries in the new plan; in the old plan one of three queries had been read.
     std::size_t now;
     std::vector<std::size_t> asked;
   } kRows[] = {{Group::slow, 3, {2, 3}},

@@ -247,7 +247,7 @@ TEST(Background, ALongExchangeIsForgottenSlowly) {
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
   line.background.NoteEnd(0, 240ms);
-  // 240 ms times (63/64)^32: 153 ms remain
+  // 240 ms times (63/64)^32: 153 ms remain.
   for (int i = 0; i < 32; ++i) line.background.NoteEnd(0, 20ms);
   EXPECT_TRUE(line.background.HasRoom(0, kStart + 1s - 230ms));
   EXPECT_FALSE(line.background.HasRoom(0, kStart + 1s - 228ms));

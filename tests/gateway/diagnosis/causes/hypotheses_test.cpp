@@ -232,7 +232,8 @@ TEST_F(HypothesesTest, TheTableOfTheDocsContainsEveryCause) {
   EXPECT_EQ(rows, Hypotheses().size()) << "a row is a cause";
 }
 
-/// The same requests are answered well at other times, so the line damages the replies.
+/// At other times the same requests are answered well, so damage on the line explains the odd
+/// replies.
 TEST_F(HypothesesTest, OccasionalMisfitsAreReportedAsDamageOnceValuesWereRead) {
   Finding wide = {.cause = "number '+02.51' is 6 characters wide, not 7", .remedy = "set width"};
   status::Row row = {{{clean, 20}, {odd, 5, wide}}, "", status::kAnswered | status::kHere};

@@ -158,7 +158,8 @@ TEST(ComPort, ReportsOnlyChangesThatTheMasksAllow) {
   EXPECT_THAT(com.Poll(), IsEmpty());
 }
 
-/// Returns items such as "data 61 62", "FD 2C", "sub 2C 01 41". Adjacent data bytes are one item.
+/// Returns items such as "data 61 62", "FD 2C", "sub 2C 01 41". Data bytes that follow each other
+/// are one item.
 std::vector<std::string> Items(TelnetDecoder& decoder, const std::vector<Bytes>& pieces) {
   std::vector<std::string> items;
   bool data_last = false;

@@ -1,4 +1,5 @@
-// `ControlTest`: a gateway (two_lines.h) with a control server. `FakeLines` records its calls.
+// `ControlTest`: a gateway (tests/gateway/outputs/status/two_lines.h) with a control server.
+// `FakeLines` records its calls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

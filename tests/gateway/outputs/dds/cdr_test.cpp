@@ -1,4 +1,4 @@
-// Tests of the encoding of DDS samples, against bytes that another program computed.
+// Tests of the encoding of DDS samples. The expected bytes were computed by another program.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

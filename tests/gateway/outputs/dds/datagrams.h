@@ -1,4 +1,4 @@
-// RTPS datagrams for tests: captured (captured.txt) or made.
+// RTPS datagrams for tests: captured (tests/gateway/outputs/dds/captured.txt) or made.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -168,7 +168,7 @@ class ThroughLink : public SampleWriter {
     return Sent::yes;
   }
 
-  // empty once `server_` has opened the link and taken the writer
+  // Empty once `server_` has opened the link and taken the writer.
   std::unique_ptr<SampleWriter> held_;
   std::atomic<SampleWriter*> writer_;
   LinkServer server_{[this](const LinkOpen&) { return Result(std::move(held_)); }};

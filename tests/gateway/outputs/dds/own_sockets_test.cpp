@@ -1,4 +1,5 @@
-// Tests of the messages about DDS sockets that the system refuses, and of refusals on this system.
+// Tests of the messages about DDS sockets that the system refuses to open, and of real refusals of
+// this system.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
@@ -142,7 +143,7 @@ TEST(InterfaceWatch, ReportsChangesThatTheLibraryCannotFollow) {
       {{"10.1.0.5", "10.0.0.5"}, {{"127.0.0.1", 1}}, ""},
       {{}, {{"127.0.0.1", 1}}, ""},
       {{"10.0.0.5"}, {{"10.0.0.5", 7}}, "the interface of 10.0.0.5 was created again"},
-      // 10.1.0.5 is created again, but not used
+      // 10.1.0.5 is created again, but not used.
       {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.1.0.5", 9}}, ""},
       {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.2.0.5", 9}}, ""},
       {{"127.0.0.1", "10.1.0.5"}, {{"10.1.0.5", 9}}, "the interface of 10.1.0.5 was created again"},

@@ -1,4 +1,5 @@
-// Tests of `DdsPublisher`; sample_sender_test.cpp tests the content of its samples.
+// Tests of `DdsPublisher`. tests/gateway/outputs/dds/sample_sender_test.cpp tests the content of
+// its samples.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/publisher.h"
 

@@ -219,7 +219,7 @@ TEST_F(SecureTest, SamplesAreEncryptedOnTheWire) {
        {"plinthstation", "zephyrvalue", "PointSample", "baudgate/points", "baudgate/devices"}) {
     EXPECT_EQ(secured.find(text), std::string::npos) << text;
   }
-  // These texts are not encrypted, as docs/dds.md says.
+  // DDS Security does not encrypt these texts, as docs/dds.md says.
   for (const char* text : {"CN=substation-7", "-----BEGIN CERTIFICATE-----", "<publish>"}) {
     EXPECT_NE(secured.find(text), std::string::npos) << text;
   }

@@ -110,7 +110,8 @@ TEST(WriteTopics, DamagedRequestsAreDropped) {
   }
 }
 
-// When a writer leaves, the DDS library delivers requests that it had no room for before.
+// When a writer leaves, the DDS library delivers requests that it has held back because of too many
+// client names.
 TEST(WriteTopics, RequestsHeldBackByTheLibraryAreNeverExecuted) {
   Gateway gateway;
   WriteClient client;

@@ -55,7 +55,7 @@ TEST(Tables, EachKeyIsUniqueAndDocumented) {
   EXPECT_THAT(TroublesOfKeys<bus::MinuteCounts>("of a device"), IsEmpty());
 }
 
-/// The order of the keys is public, too.
+/// Users rely on the order of the keys, so the order is tested.
 TEST(Tables, TheJsonOfADeviceIsUnchanged) {
   Json json;
   AddFields(bus::DeviceStatus(), kNow, json);

@@ -1,4 +1,5 @@
-// `WebTest`: a gateway with the configuration of two_lines.h behind a web server on a free port.
+// `WebTest`: a gateway with the configuration of tests/gateway/outputs/status/two_lines.h behind a
+// web server on a free port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

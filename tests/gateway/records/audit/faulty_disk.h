@@ -1,5 +1,5 @@
-// `FaultyDisk`: a disk for SQLite, in memory. It can be full, fail, hang, or lose its power. After
-// a power cut only synced data are certain; other writes are there, missing, or torn.
+// `FaultyDisk`: a disk for SQLite, in memory. It can be full, fail, hang, or lose its power. A
+// power cut keeps all synced data; an unsynced write is kept, lost, or torn.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

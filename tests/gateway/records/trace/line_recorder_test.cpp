@@ -486,7 +486,7 @@ TEST_F(RecordingsTest, NamesCanNotLeaveTheFolder) {
 
 TEST_F(RecordingsTest, TheOldestFilesOfALineAreDeleted) {
   const std::vector<std::string> others = {
-      "bay-1-1-20200101T000000Z-x-corrupt.trace",  // a file of another line
+      "bay-1-1-20200101T000000Z-x-corrupt.trace",  // a file of line "bay-1-1"
       "bay-1-notes.trace", "bay-1-20200101T000000Z-x-corrupt.txt", "readme"};
   for (const std::string& name : others) std::ofstream(folder_ / name) << "x";
   Begin(folder_);

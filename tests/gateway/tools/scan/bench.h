@@ -26,8 +26,9 @@ class Bench final : public Wire {
   bool echoes = false;
   Duration think = 10ms;
   std::optional<Master> master;
-  std::optional<std::size_t> stop_after;  ///< the user presses Ctrl-C after this many requests
-  bool stops_listening = false;           ///< the user presses Ctrl-C before the first request
+  /// The user presses Ctrl-C when this many requests were sent; nothing: never.
+  std::optional<std::size_t> stop_after;
+  bool stops_listening = false;  ///< the user presses Ctrl-C before the first request
   std::vector<std::pair<Bytes, config::SerialSettings>> sent;
 
   Status Apply(const config::SerialSettings& serial) override {

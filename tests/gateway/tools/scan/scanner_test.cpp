@@ -303,7 +303,8 @@ TEST_F(Scan, ADeviceWithADetectedFormatIsFoundOnce) {
   }
 }
 
-/// For this meter function 3 is a write, so only a device that has answered as a slave gets it.
+/// For this meter function 3 is a write, so the scan sends function 3 only to a device that has
+/// answered as a Modbus slave.
 TEST_F(Scan, AMeterIsNeverAskedForHoldingRegisters) {
   bench.bus.Add({"set4tm", "set-4tm.03m", "20", k8O1});
   Wish wish = WishFor("modbus_rtu");

@@ -1,4 +1,5 @@
-// Tests of the messages of the link, against bytes that another program computed.
+// Tests of the messages between gateway and DDS process. The expected bytes were computed by
+// another program.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_message.h"
 

@@ -330,7 +330,8 @@ TEST_F(RtuOverTcpTest, NoReplyIsSentDuringTheNextRequest) {
   const Bytes next = Rtu(1, "03 00 00 00 01");
   client.Send(View(next).first(5));
   first.done(GoodReply("03 02 00 C8"));
-  // The answer to the other client shows that the server has also handled the first client.
+  // The server handles bytes in their order, so the answer to `other` shows that it has handled the
+  // bytes of `client`.
   const RawClient other = Connect();
   other.Send(Rtu(1, "03 00 00 00 01"));
   ExpectReply(other, 1, "03 02 FF FE");
@@ -356,7 +357,8 @@ TEST_F(RtuOverTcpTest, ADamagedRequestIsNeverAnswered) {
   StartServer();
   const RawClient client = Connect();
   const RawClient other = Connect();
-  // This answer comes only after silence, so the server has handled all earlier bytes, too.
+  // The server answers this request only after silence, so it has handled all earlier bytes by
+  // then.
   const auto await_silence = [&] {
     Bytes request = Rtu(20, kRead);
     Append(request, View(ParseHex("14 03").value()));

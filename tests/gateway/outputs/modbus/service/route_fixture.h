@@ -1,4 +1,5 @@
-// The server of server_fixture.h, with routes to the lines "drive" and "pumps".
+// The server of tests/gateway/outputs/modbus/server/server_fixture.h, with routes to the lines
+// "drive" and "pumps".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -243,7 +243,7 @@ TEST_F(UpstreamConnectionTest, ADeadServerIsDisconnectedAfterSilentDeadlines) {
   Wait(first);
   for (int i = 0; i < RequestsOnWire::kSilentDeadlines; ++i) {
     EXPECT_FALSE(server_.session(0).ended());
-    // Requests that expire together count as one silent deadline.
+    // Requests that expire at the same time count as one silence of the server.
     Submit({.slave = 21, .within = 300ms});
     Submit({.slave = 22, .within = 300ms});
     const Asked& silent = Submit({.within = 300ms});

@@ -82,7 +82,7 @@ TEST_F(UpstreamTest, AReplyMayComeInAnyPieces) {
 
 struct Misframed {
   const char* request;
-  /// the reply without its transaction id; the header announces more bytes than the PDU has
+  /// The reply without its transaction id; the header announces more bytes than the PDU has.
   const char* reply;
   const char* passed;
   Outcome outcome = Outcome::ok;
