@@ -11,7 +11,8 @@ using config::Type;
 
 const std::int64_t kTwoSeconds = Duration(2s).count();
 
-/// Two modules of one line, each with its own conversation, on a common bus.
+/// Two modules of one line. Each has its own conversation; both share the data of the line
+/// (protocols::Bus).
 class DconLine : public ::testing::Test {
  protected:
   Answer PollOf(std::size_t which, std::size_t query = 0) {

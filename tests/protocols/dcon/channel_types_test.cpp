@@ -27,7 +27,8 @@ config::Device Inputs(std::size_t count, const std::string& unit = "V",
   return MakeDevice(std::move(points), all);
 }
 
-/// A module that replies to the requests in `replies`, ignores others, and records all requests.
+/// A module that replies to the requests in `replies`, ignores all other requests, and records all
+/// requests.
 struct Module {
   std::map<std::string, std::string> replies = {{"$01M", "!014017P"}, {"$012", "!01080600"}};
   std::vector<std::string> asked;

@@ -194,8 +194,8 @@ TEST(DconIdentification, AWriteWaitsForTheIdentification) {
   EXPECT_EQ(Asked(script.talk(), Write(0, true)), "#011001\r");
 }
 
-/// The module was not identified, so its checksum can be on. Then it would take `#01+03.0` with the
-/// checksum 70 for 3.0, although 3.070 was written.
+/// The module was not identified, so it may use a checksum. Then it would take "70" in `#01+03.070`
+/// for the checksum and write 3.0.
 TEST(DconIdentification, AnAmbiguousWriteNeedsAModuleOfKnownChecksumMode) {
   const config::Point volts = WritePoint("volts", "", "#{+00.000 0..10}");
   const config::Device device = MakeDevice({volts}, {{"identify", true}});

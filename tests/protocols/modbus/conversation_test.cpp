@@ -200,7 +200,7 @@ config::Device ByLoopback(std::vector<config::Point> points) {
   return MakeDevice(std::move(points), {{"probe", std::string("loopback")}});
 }
 
-/// Polls read one register, the probe two, so a late reply to a poll does not fit the probe.
+/// Polls read one register, the probe two. So a late reply to a poll does not fit the probe.
 TEST(ModbusProbe, ReadsALengthThatNoPollUses) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);

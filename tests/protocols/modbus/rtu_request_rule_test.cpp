@@ -382,7 +382,7 @@ LawSubject Requests(Framing framing) {
     subject.frames.push_back(Frame(framing, pdu));
   }
   SetFraming(subject, framing);
-  // An RTU frame begins after silence or after another frame (rtu_request_rule_test.cpp).
+  // An RTU frame begins after silence or after another frame, so it is not found behind garbage.
   subject.found_behind_garbage = framing == Framing::ascii;
   return subject;
 }

@@ -120,8 +120,8 @@ TEST(ReaderFrames, ATooLongTextIsDroppedCompletely) {
   EXPECT_EQ(CutBy(TextOptions("", "0x0D", 3), "1234\r12\r123\r"), Frames{"123\r"});
 }
 
-/// A message that exceeds the limit `most` is trimmed only if it arrives in pieces, so only shorter
-/// messages are compared.
+/// Some messages in the stream are too long. They must be dropped as a whole, in whatever pieces
+/// they arrive.
 TEST(ReaderFrames, AStreamGivesTheSameFramesAtEveryCut) {
   config::Options tags = config::DefaultOptions(ReaderProtocol());
   std::vector<config::Options> forms = {tags};

@@ -28,7 +28,7 @@ class BirthOracle {
   /// values are never right.
   void Replace(std::uint32_t device, std::size_t twin, bool foreign);
   /// Call this if requests failed before a device of another identity took the address. From now
-  /// on, values of both devices must not be good together.
+  /// on, values of the old and of the new device must not be good at the same time.
   void ForbidMixture(std::uint32_t device) { states_[device].no_mixture = true; }
   /// A write of this value was confirmed. From now on, no earlier value of the point must be good.
   void Confirm(std::uint32_t device, std::uint32_t point, double value);

@@ -8,7 +8,7 @@
 namespace baudgate::protocols {
 namespace {
 
-// the text of a reply can change a value by this part of a step
+// The text of a reply can change a value by this part of a step.
 constexpr double kHalfTolerance = 0.25;
 
 bool IsFloat(const config::Point& point) {

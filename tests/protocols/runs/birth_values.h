@@ -1,8 +1,7 @@
 // BirthValues gives each reading of a point a different number, which identifies the twin, the
-// point and the time of measurement. So the origin of any value in the store can be determined.
+// point and the time of measurement. So the number tells from where any value in the store comes.
 //
 //   point 3 of twin 1 is slot 13, and this is its 246th reading   →   13 * 1000 + 246 = 13246
-//
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,7 +37,7 @@ class BirthCode {
   struct Origin {
     std::size_t twin = 0;
     std::size_t point = 0;
-    /// number of the reading, or this number plus a multiple of `readings`
+    /// Number of the reading, or this number plus a multiple of `readings`.
     std::uint64_t reading = 0;
     std::uint64_t readings = 0;
   };

@@ -25,9 +25,9 @@ class EventConsumers {
   /// Call this when the gateway is killed: undelivered samples are lost.
   void Kill();
 
-  /// number of the last event that the subscriber received
+  /// The last event that the subscriber received.
   std::int64_t of_dds() const { return subscriber_; }
-  /// number of the last event that the Modbus client read
+  /// The last event that the Modbus client read.
   std::int64_t of_modbus() const { return wanted_ - 1; }
   std::size_t again = 0;  ///< number of samples that the subscriber received again
 

@@ -56,7 +56,7 @@ class EventKeeper {
   std::shared_ptr<events::CursorBook> cursors_;
   events::Said said_;
   std::vector<events::OwedRecord> owed_;
-  // devices with a batch that is in `book_`, but not in the file yet
+  // Devices with a batch that is in `book_`, but not in the file yet.
   std::set<std::uint32_t> waiting_;
 };
 

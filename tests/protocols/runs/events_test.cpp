@@ -284,7 +284,7 @@ class EventOwner : public ::testing::Test {
   bool loses_ = false;
   bool lost_ = false;
   int backups_ = 0;
-  /// replaces the name of the relay; empty text: the relay does not answer
+  /// Replaces the name of the relay; empty text: the relay does not answer.
   std::optional<std::string> name_;
 };
 

@@ -15,9 +15,10 @@ namespace baudgate::protocols {
 /// Which requests read the fast points of a device.
 enum class Queries : std::uint8_t {
   one,
-  two,   ///< two points of the same form, each read by its own request
-  many,  ///< the points of the profile, some of them slow and one read once; one point is writable
-         ///< if the protocol supports writing
+  two,  ///< two points of the same form, each read by its own request
+  /// The points of the profile: some are slow, one is read once, and one is writable if the
+  /// protocol supports writing.
+  many,
 };
 /// The reply of a device to the request for its identity (SPA `RF`, DCON `$AAM`, Modbus 08).
 enum class Proof : std::uint8_t { answered, refused, silent };

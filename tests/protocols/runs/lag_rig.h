@@ -1,4 +1,5 @@
-// LagRig is a line behind a lagging server in virtual time, with an oracle (lag_stage.h).
+// LagRig is a line behind a lagging server in virtual time, with an oracle
+// (tests/protocols/runs/lag_stage.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -32,13 +32,12 @@ class LagStage {
   bool AllGood() const;
 
   void Suffer(Trouble trouble);
-  /// Switches the device off. After `off` a stranger answers at its address, with or without
-  /// another identity; if a stranger is there already, the configured device comes back.
+  /// Switches the device off. After `off`, a stranger answers at its address, with or without
+  /// another identity. If a stranger is there already, the configured device comes back.
   void Replace(std::uint32_t device, Duration off, bool other_identity);
   /// True if the device at this address is not the configured device, so its values are never good.
   bool IsForeign(std::uint32_t device) const;
   bool Write(std::uint32_t device);
-  /// After a confirmed write the device is silent for this time.
   Duration silent_after_write{};
 
   std::size_t requests() const { return server_.counts().requests; }

@@ -189,7 +189,7 @@ TEST_P(LagAvailability, MostReadingsAreGood) {
   if (protocol == "spabus" || protocol.starts_with("modbus")) {
     for (const double share : behind) EXPECT_GE(share, 0.9 * kToday);
   }
-  // without a proof of the order no share is guaranteed
+  // Without a proof of the order no share is guaranteed.
   if (GetParam().proof != Proof::answered) return;
   for (const double share : behind) EXPECT_GE(share, 0.5 * kToday);
 }

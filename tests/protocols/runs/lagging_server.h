@@ -28,8 +28,9 @@ struct ServerFaults {
   bool growing = false;  ///< delays grow step by step up to `longest_delay`, then begin again
   /// Keeps 1…3 replies in the queue for up to eight replies, then releases or drops all at once.
   unsigned hold = 0;
-  std::size_t behind = 0;  ///< permanently, each reply answers the request this many before
-  unsigned overtake = 0;   ///< puts a reply aside, and releases it before or after a later reply
+  /// Each reply answers the request that came this many requests before, from the first reply on.
+  std::size_t behind = 0;
+  unsigned overtake = 0;  ///< puts a reply aside, and releases it before or after a later reply
   Duration aside = 500ms;
   unsigned copy = 0;
   enum class Copy : std::uint8_t {
@@ -43,7 +44,7 @@ struct ServerFaults {
 
 class LaggingServer {
  public:
-  /// If `wire.paced` is set, replies take the time of their characters, one after the other.
+  /// If `wire.paced` is set, a reply takes the time of its characters, after the reply before it.
   LaggingServer(const tools::TwinWire& wire, unsigned seed) : wire_(wire), random_(seed) {}
 
   ServerFaults faults;  ///< can be changed at any time

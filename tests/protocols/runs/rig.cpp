@@ -36,7 +36,8 @@ double NumberOf(const config::Point& point, std::size_t device) {
   return range.low + (range.high - range.low) * share / 65536.0;
 }
 
-/// True for points that depend on other points or on the configuration of the twin.
+/// True for points whose values the test cannot choose, because they depend on other points or on
+/// the twin's configuration.
 bool IsDerived(const config::Point& point) {
   return point.read.ends_with("alarm@0") || point.read.starts_with("08 0A u") ||
          point.read == "$B" || point.read.starts_with("08 00 u32") ||

@@ -57,8 +57,8 @@ class Rig {
  public:
   explicit Rig(const Setup& setup, const std::function<void(config::Line&)>& change = {});
 
-  /// Opens the line, runs it until every point is good, and compares the store with the twins.
-  /// These values are then the truth.
+  /// Opens the line, runs it until every point is good, and compares the store with the twins. From
+  /// then on, these values count as the truth.
   void LearnTruth();
 
   /// From now on, every value that is not bad must be the truth, unless `excuse` accepts the wrong

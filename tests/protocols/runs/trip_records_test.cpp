@@ -214,8 +214,8 @@ TEST(TripRecords, AreNeverMixedUpOverABadLineKillsAndPowerCuts) {
   EXPECT_GT(restarts, 2 * seeds);
 }
 
-// ---------------- The answer of a reader after a tag is stored with this tag, and never with
-// another.
+// ---------------- The answer that a reader sends after a tag is stored with this tag, and never
+// with another tag.
 
 const std::string kNoTag = "0000000000";
 

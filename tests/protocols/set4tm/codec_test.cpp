@@ -235,7 +235,8 @@ std::string IntegerOf(std::string_view read) {
   return integer ? FieldText(*integer) : "";
 }
 
-/// SET-4TM reference, 9.5 to 9.7: the same parameter byte, but four values of three bytes.
+/// SET-4TM reference, 9.5 to 9.7: the integer request has the parameter byte of the float request.
+/// Its reply has four values of three bytes.
 TEST(Set4tmIntegers, UseTheSameParameterAsFloats) {
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@0"), "08 16 00 power_be@0");
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@12"), "08 16 00 power_be@9");

@@ -380,7 +380,7 @@ TEST(Set4tmRatiosAsked, AMeterWithoutRatiosHasNoGoodFloats) {
   EXPECT_FALSE(HasValue(answer.readings.at(0).value));
 }
 
-/// After a refused float the type is read, because the meter can be one without floats.
+/// A refused float can mean that the meter has no floats, so its type is read next.
 TEST(Set4tmStatus, AnUnsupportedPointIsNotReadAgain) {
   Talk talk =
       OpenTalk(MakeDevice("1", {MakePoint("08 1B 02 E0 float_le@0"), MakePoint(kOneFloat)}));

@@ -50,7 +50,7 @@ inline std::vector<std::string> TakeAsked(Talk& talk) {
 
 inline constexpr const char* kOneFloat = "08 1B 00 11 float_le@0";
 
-/// Answers each request with the next of these bodies, from the requested address.
+/// Answers each request with the next text of `bodies`, from the address that the request names.
 inline Wire Script(std::vector<std::string> bodies) {
   auto rest = std::make_shared<std::vector<std::string>>(std::move(bodies));
   return [rest](View request) {

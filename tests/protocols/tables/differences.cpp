@@ -1,4 +1,4 @@
-// Compares a profile with the table of its device (see table.h).
+// Compares a profile with the table of its device (tests/protocols/tables/table.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <optional>

@@ -1,4 +1,5 @@
-// Compares every row of every shipped profile with the table of its device (table.h).
+// Compares every row of every shipped profile with the table of its device
+// (tests/protocols/tables/table.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -65,8 +65,8 @@ Bytes Noise(std::mt19937& random) {
   return bytes;
 }
 
-/// Returns a function that returns the contents of a frame's fields. Laws compare these in place of
-/// the bytes, because the hex digits of a check value can be upper or lower case.
+/// Returns a function that returns the contents of a frame's fields. Laws compare these contents
+/// instead of the bytes, because the hex digits of a check value can be upper or lower case.
 std::function<Bytes(View)> EssenceOf(const Expectation& expect) {
   const auto awaited = std::static_pointer_cast<const Awaited>(expect.forms);
   return [awaited](View frame) {
