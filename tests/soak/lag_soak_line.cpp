@@ -12,7 +12,7 @@ namespace {
 
 constexpr Duration kThink = 5ms;
 constexpr Duration kDeeds = 1s;       // at most one write or replacement in this time
-constexpr Duration kStaysFor = 1min;  // time until another device of the line is replaced
+constexpr Duration kStaysFor = 1min;  // time until a second device of the line may be replaced
 constexpr std::size_t kOneWriteIn = 10;
 constexpr std::size_t kOneReplacementIn = 60;
 

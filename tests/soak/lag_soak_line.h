@@ -1,5 +1,6 @@
 // `LagSoakLine` is a real line on a pty behind a lagging server. The values of its twins contain
-// the device and the time of measurement (lag_stage.h). Quiet and troubled turns alternate.
+// the device and the time of measurement (tests/protocols/runs/lag_stage.h). Quiet and troubled
+// turns alternate.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -169,7 +169,7 @@ TEST_F(ServiceSoak, ResourcesDoNotGrowInALongRunWithManyKills) {
     EXPECT_LE(old.kib, young.kib + kMostGrowthKiB);
     EXPECT_LE(old.descriptors, young.descriptors + kMostMoreDescriptors);
   }
-  if (Number("DDS", 0) == 0) return;  // the files of other processes in /dev/shm do not count
+  if (Number("DDS", 0) == 0) return;  // files of other programs in /dev/shm do not count
   EXPECT_LE(old.shared, std::max(young.shared, first.shared));
   EXPECT_LE(shared_after, shared_before);
 }
