@@ -1,4 +1,5 @@
-// Tests slaves behind a route that are silent, late, mistaken for each other or gone.
+// Tests slaves behind a route that are silent or late, whose replies look alike, or whose line is
+// gone.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <netinet/in.h>

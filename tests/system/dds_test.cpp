@@ -88,7 +88,8 @@ TEST_F(OnDds, WatchAndAForeignSubscriberSeeTheSameValues) {
 
 TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   StartTwins();
-  io.reset();  // One device is missing: its points are announced and leave like all others.
+  // Without the twin, one device is missing. Its points are announced and removed like all points.
+  io.reset();
   daemon = StartDaemon(Yaml(true));
   const std::size_t points = PointCount();
   const auto watch = Start(WatchWords());
@@ -133,7 +134,8 @@ TEST_F(OnDds, ASecondGatewayThatCannotStartDoesNotDisturbTheFirst) {
     return found == samples.end() ? 0 : found->second.value("seq", 0);
   };
   ASSERT_TRUE(Eventually([&] { return seq() > 0; }));
-  // Subscribers would mistake the second gateway's samples for those of the first.
+  // Subscribers would mistake the samples of a second gateway with this name for those of the
+  // first.
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(Command({"run", "-c", (directory() / "baudgate.yaml").string()}).code, 4);
   }

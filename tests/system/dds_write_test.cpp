@@ -163,7 +163,8 @@ TEST_F(DdsWrites, ARequestInterruptedByAKillIsUnknownToTheNextRun) {
   EXPECT_EQ(Records().size(), 1U);
 }
 
-/// The killed gateway has not acknowledged the request, so Cyclone DDS delivers it to the next one.
+/// The killed gateway has not acknowledged the request, so Cyclone DDS delivers it to the next
+/// gateway.
 TEST_F(DdsWrites, ARequestToADeadGatewayIsNotDoneByTheNextRun) {
   StartAll("write: allow, ");
   Child asks(

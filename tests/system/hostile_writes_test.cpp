@@ -42,7 +42,7 @@ class Attack {
       case 3:
         pdu = {22, High(address), Low(address), Byte(), Byte(), Byte(), Byte()};
         break;
-      case 4:  // a good value for one output, or for all four
+      case 4:  // a permitted value for one output or for all four outputs
         return Floats(0, {"4.5"});
       case 5:
         return Floats(0, {"4.5", "4.5", "4.5", "4.5"});

@@ -27,7 +27,8 @@ bool ModbusClient::Connect(int unit) {
   return connected_ && modbus_set_slave(context_, unit) == 0;
 }
 
-/// libmodbus reports exceptions as numbers above MODBUS_ENOBASE; others are connection errors.
+/// libmodbus reports an exception as a number above MODBUS_ENOBASE. Other numbers are connection
+/// errors.
 int ModbusClient::Settle(int result) {
   if (result >= 0) return kNoException;
   const int code = errno - MODBUS_ENOBASE;

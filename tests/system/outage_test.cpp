@@ -1,4 +1,4 @@
-// Tests absent ports, pulled cables and silent devices, and that everything works again afterwards.
+// Tests absent ports, pulled cables and silent devices, and that all values come back afterwards.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -238,7 +238,8 @@ TEST_F(Damage, ByHostileClientsDoesNotReachAGoodClient) {
       }
       hostile.SendSome(bytes) ? ++sent : ++thrown_out;
     }
-    // The good client keeps one connection, and all its answers must be whole and correct.
+    // One client sends correct requests on one connection. All its answers must be whole and
+    // correct.
     const Registers answer = client.Input(kModuleUnit, 0, 16);
     ASSERT_TRUE(answer.ok()) << "round " << round << ": " << answer.exception;
     ASSERT_EQ(client.Float(kModuleUnit, 8), -101.5F);

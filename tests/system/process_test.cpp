@@ -133,7 +133,8 @@ TEST_F(Process, AsPidOneEndsOnSignalsAndReapsOrphans) {
   const auto twin = StartTwin("io", "module", "1");
   const std::string file = Write("baudgate.yaml", Yaml()).string();
   const std::string first = (directory() / "first").string();
-  // The daemon replaces the shell, process 1. The other child becomes an orphan at once.
+  // The shell is process 1. It starts a child, which becomes an orphan at once, and is then
+  // replaced by the daemon.
   std::vector<std::string> command = apart;
   command.insert(command.end(),
                  {"/bin/sh", "-c", "(sh -c 'sleep 0.2; : > " + first + "' &) ; exec \"$@\"", "sh",

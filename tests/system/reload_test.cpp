@@ -331,8 +331,8 @@ namespace fs = std::filesystem;
 
 class ReloadLimits : public Reload {
  protected:
-  /// Limits the daemon to this many further open files. RLIMIT_NOFILE limits the numbers of
-  /// descriptors, not their count, so the free numbers are counted.
+  /// Lets the daemon open this many more files. RLIMIT_NOFILE limits the numbers of descriptors,
+  /// not their count, so the free numbers are counted.
   void Leave(int more) const {
     const fs::path open = "/proc/" + std::to_string(daemon->id()) + "/fd";
     rlim_t number = 0;

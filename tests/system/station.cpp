@@ -179,7 +179,8 @@ std::string Station::Line(const std::string& name, const std::string& protocol,
 }
 
 Child::Environment Station::Environment() const {
-  // Profiles in the test's directory take precedence. Each test has its own socket and state.
+  // BAUDGATE_MODULES gives profiles in the test's directory precedence. Each test has its own
+  // socket and state.
   return {{"BAUDGATE_MODULES", directory_.string()},
           {"XDG_RUNTIME_DIR", directory_.string()},
           {"STATE_DIRECTORY", (directory_ / "state").string()}};

@@ -30,8 +30,8 @@ class Station : public testing::Test {
 
   const std::filesystem::path& directory() const { return directory_; }
   std::filesystem::path Write(const std::string& name, const std::string& text) const;
-  /// Copies a shipped profile as `name`, with `values` fixed. Other varying values are fixed at the
-  /// lower end.
+  /// Copies a shipped profile as `name`. The points in `values` get these fixed values; all other
+  /// varying values are fixed at their lower end.
   void PinProfile(const std::string& protocol, const std::string& shipped, const std::string& name,
                   const FixedValues& values) const;
 

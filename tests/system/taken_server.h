@@ -1,5 +1,5 @@
-// `TakenServer` is a serial server whose port another client uses: it ends every connection at
-// once, in turn by a close, a reset, and a text before the close, until Serve() is called.
+// `TakenServer` is a serial server whose port another client uses. It ends every connection at
+// once, by a close, a reset, or a text and a close in turn, until Serve() is called.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

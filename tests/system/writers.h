@@ -30,7 +30,7 @@ class Writer {
  public:
   virtual ~Writer() = default;
   virtual std::string name() const = 0;
-  /// Writes the steps in order and returns one result for each. Runs on a separate thread.
+  /// Writes the steps in order and returns one result for each. Called on a thread of its own.
   virtual std::vector<Told> Write(const std::vector<WriteStep>& steps) = 0;
 };
 

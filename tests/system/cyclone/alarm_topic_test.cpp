@@ -1,4 +1,5 @@
-// Tests the topic of alarms with subscribers on Fast DDS and of another vendor (cyclone_alarms.c).
+// Tests the topic of alarms with a subscriber on Fast DDS and one on Cyclone DDS
+// (tests/system/cyclone/cyclone_alarms.c).
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <stdio.h>
@@ -37,7 +38,7 @@ TEST(AlarmTopic, LateSubscribersGetTheLatestStateOfEachAlarm) {
   auto writer =
       CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2, .events = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
-  constexpr std::uint64_t kAlarms = 5000;  // more than the largest history of one DDS writer
+  constexpr std::uint64_t kAlarms = 5000;  // more alarms than one DDS writer accepts
   for (std::uint64_t number = 1; number <= kAlarms; ++number) {
     ASSERT_EQ((*writer)->Write(Alarm(number, 1)), Sent::yes) << number;
   }

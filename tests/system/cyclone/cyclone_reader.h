@@ -21,7 +21,8 @@ struct topic {
   int32_t instances;
   char* samples;  // array of BATCH samples
   size_t size;
-  bool (*show)(const void* sample);  // prints a sample; returns false if nothing was printed
+  // Prints a sample; returns false if the sample does not count for --count.
+  bool (*show)(const void* sample);
 };
 
 int read_topic(int argc, char** argv, const struct topic* topic);

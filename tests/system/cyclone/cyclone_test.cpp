@@ -1,4 +1,4 @@
-// Tests the publisher with a subscriber of another DDS vendor (cyclone_subscriber.c).
+// Tests the publisher with a subscriber on Cyclone DDS (tests/system/cyclone/cyclone_subscriber.c).
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

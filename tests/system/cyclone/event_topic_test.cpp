@@ -1,4 +1,5 @@
-// Tests the topic of events with subscribers on Fast DDS and of another vendor (cyclone_events.c).
+// Tests the topic of events with a subscriber on Fast DDS and one on Cyclone DDS
+// (tests/system/cyclone/cyclone_events.c).
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <stdio.h>

@@ -210,7 +210,7 @@ void AddNamespaces(Filter& filter) {
   }
   filter.Add(kEnd, SCMP_SYS(unshare));
   filter.Add(kEnd, SCMP_SYS(setns));
-  // The flags of clone3 cannot be checked here; the C library falls back to clone.
+  // A filter cannot see the flags of clone3. If clone3 does not exist, the C library uses clone.
   filter.Add(SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3));
 }
 
@@ -247,7 +247,7 @@ void Apply(const Directives& directives) {
   }
   for (const std::string& name : calls) {
     const int call = ::seccomp_syscall_resolve_name(name.c_str());
-    // Some calls exist on other machines only, or are newer than the library.
+    // Some system calls in the list exist on other processors only, or are newer than the library.
     if (call >= 0) all.Add(SCMP_ACT_ALLOW, call);
   }
   some.Load();
