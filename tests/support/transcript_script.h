@@ -1,4 +1,4 @@
-// A golden transcript, parsed from its file. transcript.h describes the format.
+// A golden transcript, parsed from its file. tests/support/transcript.h describes the format.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -135,8 +135,8 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   /// Called when the program starts. Returns EventBatch::said of the device's last saved batch. An
   /// empty string or an empty function says that no batch was saved.
   std::function<std::string(std::uint32_t device)> said;
-  /// Called from the functions of PollerListener with these names. The poller is running, so they
-  /// must not call it.
+  /// OnDrained and OnRead of PollerListener call these functions. The poller is running then, so
+  /// they must not call it.
   std::function<void(std::uint32_t device, Instant asked)> drained;
   std::function<void(std::uint32_t device, Instant at)> read;
   std::function<void()> always;

@@ -1,4 +1,4 @@
-// Tests when a port is tried again, on a real folder.
+// Tests when a lost port is tried again. The folder of the port is real.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/port_keeper.h"
 

@@ -145,12 +145,12 @@ TEST_F(SerialPortTest, SoftwareParityIsSentAndChecked) {
   EXPECT_EQ(port_->Counters().parity, 0U) << "counted since the port was opened";
 }
 
-/// Examples of other programs: `stty sane`, ModemManager, brltty.
+/// Programs such as `stty sane`, ModemManager and brltty change the settings of a port.
 TEST_F(SerialPortTest, SettingsThatAnotherProgramChangesAreSetAgainAndNamed) {
   Open();
   EXPECT_EQ(port_->Restore(), std::nullopt);
   termios sane{};
-  // The kernel has one set of settings for both ends.
+  // The kernel has one set of settings for both ends of a pty, so the far end can change them.
   const int far = far_->stream().native_handle();
   ASSERT_EQ(::tcgetattr(far, &sane), 0);
   sane.c_lflag |= ICANON | ECHO | ISIG;
