@@ -32,7 +32,7 @@ std::vector<std::uint32_t> PointsOf(const RecordPattern& record, const Device& d
     }
     if (used) continue;
     problems.Error(record.mark, "records: " + Quoted(pattern) + " of '" + record.name +
-                                    "' matches no point that can be read");
+                                    "' matches no point that can be read; correct the pattern");
   }
   if (points.size() > kMostValues) {
     problems.Error(record.mark, "records: '" + record.name + "' has " +

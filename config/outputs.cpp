@@ -81,9 +81,10 @@ void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
   if (const auto multicast = map.Flag("multicast")) {
     dds.multicast = *multicast;
     if (!*multicast && dds.peers.empty() && dds.discovery_servers.empty()) {
-      problems.Warning(map.MarkOf("multicast"),
-                       "multicast: is off, and peers and discovery_servers are empty, so only "
-                       "participants that contact this gateway first find it; add peers");
+      problems.Warning(
+          map.MarkOf("multicast"),
+          "multicast: is off, and peers and discovery_servers are empty, so the gateway finds no "
+          "participants, and only those that contact it are connected; add peers");
     }
   }
 }

@@ -176,8 +176,8 @@ class Resolver {
     }
     if (&found == &guarded) {
       return Complain(interlock,
-                      "guards itself: after any other value, the point could never be written "
-                      "again; name another point");
+                      "is also the point that it guards, which could not be written any more after "
+                      "another value; name another point");
     }
     if (const auto* only = std::get_if<std::string>(&interlock.only)) {
       const std::string why = guarded.type == Type::string ? std::string() : WhyLeadingZero(*only);

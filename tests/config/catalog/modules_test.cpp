@@ -26,9 +26,11 @@ TEST(Modules, OfAnotherContractAreRefusedWithoutACall) {
                              HasSubstr("this daemon for " + std::string(protocols::kContractTag)),
                              HasSubstr("install both from one release"))));
   EXPECT_THAT(modules.refused,
-              Contains(HasSubstr("/older.so was built for an older plugin contract")));
-  EXPECT_THAT(modules.refused,
-              Contains(HasSubstr("/stranger.so is not a protocol module of baudgate")));
+              Contains(HasSubstr("/older.so was built for an older release of baudgate")));
+  EXPECT_THAT(
+      modules.refused,
+      Contains(HasSubstr(
+          "/stranger.so is not a protocol module of baudgate; remove the file from this folder")));
 }
 
 TEST(Modules, ProfilesOfThisMachineGoBeforeShippedProfiles) {

@@ -289,10 +289,10 @@ TEST(ReaderConfig, ReadsAfterATagAreOneRecord) {
 TEST(ReaderConfig, AReaderNeedsALineOfItsOwn) {
   const std::string reader = "{ name: g, address: 1, profile: bar-code }";
   EXPECT_THAT(ProblemsOf(reader + ", { name: h, address: 2, profile: bar-code }"),
-              HasSubstr("device 'g' sends without requests, so it must be alone on its line; line "
+              HasSubstr("device 'g' sends without requests and needs a line of its own, but line "
                         "'gate' has 2 devices"));
   EXPECT_THAT(ProblemsOf(reader + ", { name: h, address: A, protocol: toy, points: [] }"),
-              HasSubstr("must be alone on its line"));
+              HasSubstr("needs a line of its own"));
 }
 
 TEST(ReaderConfig, ErrorsInOptionsAreReportedWithTheirPlace) {
