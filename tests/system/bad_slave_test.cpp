@@ -105,7 +105,7 @@ TEST_F(BadSlave, ASlaveLostInABlockReturnsWithoutStaleValues) {
     Send(cut, WriteRequest(2, kUnit, 8, 2));
     ASSERT_TRUE(Eventually([&] { return slave.heard().size() > 1; }));
   }
-  EXPECT_TRUE(EventuallyLogged(*daemon, "line drive: down: "));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "line drive: port down: "));
   EXPECT_EQ(client.Holding(kUnit, 5, 1).exception, kNotAnswering);
   const ScriptedSlave back(LinkOf("drive"), [&](View request) -> std::vector<Piece> {
     return {{0ms, RegistersReply(request, 7000)}};
