@@ -130,7 +130,7 @@ INVENTED = family(
     Fault("parity: 00 in place", "spa ascii", m.sends(lambda x: bytes(0 if bin(c).count("1") & 1 else c for c in x.reply)), "parity", "parity", "gap|second master|power"),
     Fault("parity: nothing but 00", "spa", m.sends(lambda x: bytes(len(x.reply))), "parity", "parity", "gap|second master|power"),
     Fault("no carriage return", "dcon dcon0", m.sends(lambda x: x.reply.replace(b"\r", b"")), "line end|last byte|carriage", "raw|converter", OTHER + "|first byte"),
-    Fault("sum without its first character", "dcon", m.sends(lambda x: x.reply[:-3] + b"%02X\r" % ((int(x.reply[-3:-1], 16) - x.reply[0]) & 255)), "leaves out the '[>!]'", "firmware|checksum: false", OTHER + "|first byte"),
+    Fault("sum without its first character", "dcon", m.sends(lambda x: x.reply[:-3] + b"%02X\r" % ((int(x.reply[-3:-1], 16) - x.reply[0]) & 255)), "does not count the first character '[>!]'", "firmware|checksum: false", OTHER + "|first byte"),
     Fault("number with two values", "reader", None, "2 numbers", "read: number", "poll|gap|bit rate", device="form: text", points=WEIGHT, events=((0.7, lambda s: b"GS  12.35kg NT  10.10kg\r\n"),)),
     Fault("codes without an end", "reader", None, "no end", "end: \"\"", "poll|gap|bit rate", device="form: text, end: \"0x0D\"", points=WEIGHT, events=((1.7, lambda s: b"4006381333931"),)),
     Fault("nobody reads", "reader", None, "normal", "otherwise check", "poll", device="form: text", points=WEIGHT),

@@ -98,8 +98,8 @@ std::vector<ConfigRemark> DoubtsOf(const config::Device& device) {
   const auto address = ParseAddress(device.address);
   if (address && *address == 0) {
     doubts.push_back({kNoPoint,
-                      "0 is also used by every module that is started with INIT* grounded, which "
-                      "would answer instead; give this module another address, 1 to 255"});
+                      "address 0 is also the address of every module that starts with INIT* "
+                      "grounded; give this module another address, 1 to 255"});
   }
   const Settings settings = ReadSettings(device.options);
   if (settings.host_watchdog > Duration::zero() && device.poll > settings.host_watchdog) {

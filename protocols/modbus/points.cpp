@@ -330,10 +330,11 @@ Result<Location> WriteLocation(const Point& point) {
   const std::string& text = own ? point.write : point.read;
   if (!place) return Error{"write " + place.error()};
   if (!IsWritable(place->table)) {
-    return Error{"write " + Wrong(text,
-                                  "is read-only in every device; only coil and holding can be "
-                                  "written; if the write address differs, add the key write")
-                                .message};
+    return Error{"write " +
+                 Wrong(text,
+                       "is read-only in every device, because only coil and holding can be "
+                       "written; if the point has another address for writing, add the key write")
+                     .message};
   }
   if (const Status status = CheckType(text, point, *place); !status) {
     return Error{"write " + status.error()};

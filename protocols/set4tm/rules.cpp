@@ -275,7 +275,7 @@ std::optional<Recognised> FindRequest(View request, View heard, Checksum checksu
     if (held.size() < size || !EndsInChecksum(held.first(size), checksum)) continue;
     if (std::ranges::equal(held.first(size), request)) continue;
     return Recognised{Recognised::What::other_master,
-                      "another master speaks on the line: it has asked " + Meter(held.first(head)),
+                      "another master sends on the line: it has asked " + Meter(held.first(head)),
                       "a serial line can have only one master; remove the other master"};
   }
   return std::nullopt;

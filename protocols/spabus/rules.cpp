@@ -308,7 +308,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
       if (!other.intact || !other.slave || !other.command || std::ranges::equal(message, request))
         continue;
       return Recognised{Recognised::What::other_master,
-                        "another master speaks on the line: it has asked " + Slave(*other.slave),
+                        "another master sends on the line: it has asked " + Slave(*other.slave),
                         "an SPA bus can have only one master; remove the other master"};
     }
     const auto reply = ParseReply(message);

@@ -30,7 +30,7 @@ TEST_F(LocalPort, ReportsThatAnotherProgramHasChangedItsSettings) {
   port_.changed = "echo is on";
   Pass(2s);
   EXPECT_THAT(status().port_text, HasSubstr("changed its settings once, last "));
-  EXPECT_THAT(status().port_text, HasSubstr("(echo is on); they were set again"));
+  EXPECT_THAT(status().port_text, HasSubstr("(echo is on), and the gateway has set them again"));
   port_.changed = "9600 7E1 became 38400 8N1";
   Pass(2s);
   EXPECT_THAT(status().port_text, HasSubstr("changed its settings 2 times"));

@@ -263,7 +263,7 @@ TEST(ReaderConfig, PointsDoNotAgeUnlessConfigured) {
   EXPECT_EQ(limits(", max_age: 5s").bad_after, 15s);
   EXPECT_EQ(limits(", max_age: 200ms").uncertain_after, 200ms) << "it is not polled every second";
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: weighing, dead_age: 5s }"),
-              HasSubstr("error: dead_age: set max_age too"));
+              HasSubstr("error: dead_age: has no effect without max_age"));
 }
 
 TEST(ReaderConfig, TheEightTagsHaveAdjacentRegisters) {
