@@ -76,7 +76,7 @@ INVENTED = family(
     Fault("DCON: engineering, percent set", "dcon", m.sends(m.dcon_line(lambda t: b">+100.00-050.00+000.00+099.99" if t[:1] == b">" else t)), "", "", well=True),
     Fault("DCON: other address", "dcon", m.sends(m.dcon_line(lambda t: b"!07" + t[3:] if t[:1] == b"!" else b"?07")), "module 07 answers|07", "address", OTHER),
     Fault("SPA: values in E notation", "spa", m.sends(lambda x: x.slave.wrap(x.address, b"D:" + b"/".join([b"5.0E-1"] * (x.reply.count(b"/") + 1)))), "5.0E-1|no number|type|no value", "profile|type", OTHER),
-    Fault("meter asks for another password", "set", m.of_request(b"\1", m.sends(m.set_status(3))), "refuses the password", "set `password`", OTHER),
+    Fault("meter asks for another password", "set", m.of_request(b"\1", m.sends(m.set_status(3))), "refuses the password", "correct `password`", OTHER),
     Fault("count in registers, not bytes", "rtu tcp", m.sends(m.pdu(lambda q: bytes([q[0], q[1] // 2 or 1]) + q[2:])), "count|not fit", "firmware|keep|profile", OTHER),
 ) + family(
     "a mis-set serial server",

@@ -98,12 +98,14 @@ Status CheckDevice(const config::Device& device) {
   }
   for (const config::Record& record : device.records) {
     if (!settings.asks)
-      return Error{"record '" + record.name + "' is read, which needs commands: ask"};
+      return Error{"record '" + record.name +
+                   "' needs commands: ask, because the gateway must ask the reader for it"};
     for (const std::uint32_t index : record.points) {
       const auto item = ParseItem(device.points[index]);
       if (!item || item->of_message()) continue;
-      return Error{"record '" + record.name + "': '" + device.points[index].read +
-                   "' cannot be read anew; use present, repeats, message or number"};
+      return Error{
+          "record '" + record.name + "': '" + device.points[index].read +
+          "' cannot be read again after an event; use present, repeats, message or number"};
     }
   }
   return {};

@@ -464,9 +464,9 @@ config::Timing MeterConversation::LeastTimes(Duration character) const {
 std::string MeterConversation::WhatIsLearned() const {
   const unsigned multiplier = parts_.identification.multiplier();
   return Listed({parts_.reads.Learned(), parts_.archive.Learned(), parts_.latched.Learned(),
-                 multiplier > 1
-                     ? "timeouts multiplied by its multiplier " + std::to_string(multiplier)
-                     : ""});
+                 multiplier > 1 ? "timeouts are multiplied by the meter's multiplier " +
+                                      std::to_string(multiplier)
+                                : ""});
 }
 
 }  // namespace baudgate::protocols::set4tm

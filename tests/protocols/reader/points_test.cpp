@@ -84,13 +84,13 @@ TEST(ReaderOptions, PolledPointsNeedCommands) {
   EXPECT_EQ(error(), "point 'identity': 'identity' needs commands: ask");
   device.points.pop_back();
   device.records = {{"transponder", {7}}};
-  EXPECT_EQ(error(), "record 'transponder' is read, which needs commands: ask");
+  EXPECT_EQ(error(), "record 'transponder' needs commands: ask");
   device.options.Set("commands", std::string("ask"));
   EXPECT_EQ(error(), "");
   device.records[0].points.push_back(0);
-  EXPECT_EQ(
-      error(),
-      "record 'transponder': 'tag' cannot be read anew; use present, repeats, message or number");
+  EXPECT_EQ(error(),
+            "record 'transponder': 'tag' cannot be read again after an event; use present, "
+            "repeats, message or number");
 }
 
 TEST(ReaderTwins, AnswerCommandsIfConfigured) {

@@ -180,7 +180,7 @@ TEST(Recognise, ReportsRepliesThatNearlyFitTheProtocol) {
       {"Dcon9600", "#0184\r", ">02+100.23+034.0544\r", ""},
       {"Spa9600", ">1RI1:17\r", "<7D:0.52:56\r\n", "slave 7 answers where slave 1 was asked"},
       {"Spa9600", ">1RI1:17\r", "<7D:0.52:67\r\n", ""},
-      {"Spa9600", ">1RI1:17\r", "<1D:0.52:5A\r\n", "its checksums count the line feed in front"},
+      {"Spa9600", ">1RI1:17\r", "<1D:0.52:5A\r\n", "its checksums count the line feed before '<'"},
       {"Spa9600", ">1RI1:17\r", "<1D:0.52:\r\n", "its replies carry no checksum"},
       {"Spa9600", ">1RI1:17\r", "<D:0.52:50\r\n", "its replies carry no slave number"},
       {"Spa9600", ">1RI1:17\r", "<1D:73\r\n",
