@@ -182,7 +182,7 @@ std::string Listening::Missing() const {
     if (awaited.came) continue;
     const std::string word = WordOf(description_.telegrams[awaited.telegram]);
     if (!awaited.said.empty()) {
-      return word + " comes with another unit than expected (" + awaited.said +
+      return word + " comes with another unit than configured (" + awaited.said +
              "); set parameters: { " + awaited.said + " }";
     }
     missing.push_back(word);
@@ -366,7 +366,7 @@ Result<Bytes> TelegramConversation::BytesOf(std::size_t telegram) const {
   if (sent && sent->telegram == telegram) return bytes;
   return Error{"'" + TelegramOf(telegram).name + "' with these values " +
                (sent ? "is the telegram '" + TelegramOf(sent->telegram).name + "'"
-                     : "does not fit its description")};
+                     : "does not fit its pattern in 'send'")};
 }
 
 Result<Request> TelegramConversation::AskStep() {
