@@ -27,9 +27,10 @@ void CheckReach(const Dds& dds, const std::string& host, const std::string& what
                 Problems& problems) {
   if (!IsIpv4(host) || IsHere(host) || dds.interfaces.empty()) return;
   if (!std::ranges::all_of(dds.interfaces, IsHere)) return;
-  problems.Warning(mark, what + ": " + host +
-                             " cannot be reached, because interfaces has only loopback; add this "
-                             "machine's address in that network to interfaces");
+  problems.Warning(mark,
+                   what + ": " + host +
+                       " cannot be reached, because interfaces has only loopback; add the address "
+                       "that this machine has in the network of this host to interfaces");
 }
 
 void ReadPeer(const YamlNode& node, Dds& dds, Problems& problems) {

@@ -38,8 +38,8 @@ std::optional<AllowWhen> ReadInterlock(const YamlNode& node, Problems& problems)
 
 std::string WhatCan(std::string_view name, std::span<const std::string_view> names) {
   constexpr std::size_t kMostNamed = 12;
-  if (names.empty()) return " can be written: none";
-  const std::string text = DidYouMean(name, names) + " can be written: ";
+  if (names.empty()) return " no point of it can be written";
+  const std::string text = DidYouMean(name, names) + " points that can be written: ";
   if (names.size() <= kMostNamed) return text + Join(names);
   return text + Join(names.first(kMostNamed)) + " and " +
          std::to_string(names.size() - kMostNamed) + " more";
@@ -64,7 +64,7 @@ void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
     }
     const std::string wrong =
         "write: " + Quoted(*name) +
-        (found == device.points.end() ? " is not a point of '" : " can only be read of '") +
+        (found == device.points.end() ? " is not a point of '" : " can only be read in '") +
         device.name + "';";
     problems.Error(one.mark(),
                    wrong + (IsPermit(*name) ? " for all of the device's points, write 'write: " +

@@ -111,7 +111,7 @@ void VisitFields(const Listener*, Visit visit) {
   visit(Field<&Listener::port>());
   visit(Field<&Listener::path>());
   visit(Field<&Listener::serial>{.help = "serial port only: as at a line; parity and rs485 as well",
-                                 .fallback = "those of the framing"});
+                                 .fallback = "the usual settings of the framing"});
   visit(Field<&Listener::echo>{
       .help = "serial port only: strip if the adapter returns the gateway's own replies"});
   visit(Field<&Listener::framing>{.help = "rtu, ascii: the frames of a serial line, also over TCP",

@@ -314,7 +314,7 @@ Field Select(const DecodedReply& decoded, const ReadAddress& address) {
       if (field.channel == address.index) return field;
     }
     return BadField({Quality::bad_configuration, Reason::not_fitted},
-                    "the module has no such channel");
+                    "the module has no such channel; correct the point");
   }
   if (decoded.fields.size() != 1)
     return BadField(Quality::bad, "the reply does not have exactly one value");

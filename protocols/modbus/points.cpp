@@ -347,13 +347,17 @@ Result<Location> WriteLocation(const Point& point) {
         "a second point without scale(...)"};
   }
   if (place->form == Form::int8 || place->form == Form::uint8) {
-    return Error{"one byte of a register cannot be written without the other"};
+    return Error{
+        "one byte of a register cannot be written alone; use a point for the whole register"};
   }
   if (place->form == Form::int24 || place->form == Form::uint24) {
-    return Error{"three bytes of two registers cannot be written without the fourth"};
+    return Error{
+        "three bytes of two registers cannot be written alone; use a point for both registers"};
   }
   if (place->count > kMostWrittenRegisters) {
-    return Error{"write " + Wrong(text, "is longer than one request can write").message};
+    return Error{
+        "write " +
+        Wrong(text, "is longer than one request can write; use several shorter points").message};
   }
   return place;
 }

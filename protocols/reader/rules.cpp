@@ -262,7 +262,7 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
   }
   if (settings.end && std::ranges::all_of(heard, IsShown)) {
     if (IsUnusual(heard)) {
-      return Other("bytes come that are not a message" + said,
+      return Other("the received bytes are not a message" + said,
                    "check bit rate, parity and data bits at the line and at the reader");
     }
     return Other(

@@ -460,7 +460,8 @@ class ExampleCheck {
     }
     const auto built = Build(*telegram_.send, known_);
     if (!built || *built != *bytes) {
-      Error("send", built ? "the pattern makes '" + Printable(*built) + "' from these values"
+      Error("send", built ? "the pattern makes '" + Printable(*built) +
+                                "' from these values, not these bytes"
                           : built.error());
       return false;
     }
@@ -528,7 +529,7 @@ class ExampleCheck {
     const bool by_value = IsGood(field.decoded.quality) && !IsBad(quality) &&
                           SameValue(Value(*wanted), field.decoded.value);
     if (by_word || by_value) return true;
-    Error(name, "the answer says " +
+    Error(name, "the answer contains " +
                     (IsGood(quality) ? ToText(field.decoded.value) : baudgate::Name(quality)) +
                     ", not " + *wanted);
     return false;

@@ -311,7 +311,7 @@ class DoubtFinder {
     if (!most || Holds(point, *most)) return;
     Tell("has type " + std::string(config::Name(point.type)) +
          ", which cannot hold all values of '" + field.name + "', up to " + std::to_string(*most) +
-         " on the line; larger values will be bad");
+         " on the line, so larger values will be bad; write a larger type");
   }
 
   /// Checks the limits of `simulate`, which are numbers as on the line.

@@ -66,7 +66,9 @@ Reply ReplyReader::Read(View request, View frame) const {
         "the request came back; if the adapter returns sent bytes, set `echo: strip`");
   }
   if (IsQuestionLike(pdu, got->body)) {
-    return unexpected("a request came instead of a reply: another master asks this meter");
+    return unexpected(
+        "a request came instead of a reply: another master asks this meter; remove the other "
+        "master");
   }
   if (got->body.size() == 1) {
     reply.pdu = pdu;

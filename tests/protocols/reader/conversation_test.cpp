@@ -227,7 +227,7 @@ TEST(ReaderRecognise, ReportsDeviationsFromTheConfiguration) {
        "its messages do not end with 0x03 ('ST,+1.5kg')"},
       {"text", "", "0x0D", "4006381333931", "its messages have no end character ('4006381333931')"},
       {"text", "0x02", "0x03", "\x02ST,+1.5kg\x03", ""},
-      {"text", "", "0x0D", "KJJJZk:", "bytes come that are not a message ('KJJJZk:')"},
+      {"text", "", "0x0D", "KJJJZk:", "the received bytes are not a message ('KJJJZk:')"},
       {"text", "]", "0x0D", "]40121443\r",
        "its messages have 8 characters (']40121443'), but length is 13", "13"},
       {"text", "4", "0x0D", "441230000162\r",
