@@ -351,7 +351,8 @@ void CheckEnds(const std::vector<EventText>& table, const std::vector<Mark>& mar
       return before.until == one.until && ShareChannel(one, before);
     };
     if (std::any_of(table.begin(), table.begin() + static_cast<std::ptrdiff_t>(i), other)) {
-      problems.Error(marks[i], "until: " + code + " already ends another alarm");
+      problems.Error(
+          marks[i], "until: " + code + " already ends another alarm; give each alarm its own code");
     }
   }
 }

@@ -70,7 +70,8 @@ std::vector<RecordPattern> ReadRecords(const YamlNode& node, Problems& problems)
     one.Finish();
   }
   if (records.size() > kMostRecords) {
-    problems.Error(node.mark(), "records: too many; at most " + std::to_string(kMostRecords));
+    problems.Error(node.mark(), "records: the profile has too many records; at most " +
+                                    std::to_string(kMostRecords));
   }
   return records;
 }

@@ -55,9 +55,9 @@ Result<const protocols::Protocol*> LoadModule(const fs::path& path) {
   const auto tag = Find<decltype(&baudgate_protocol_abi)>(handle, "baudgate_protocol_abi");
   const std::string theirs = tag == nullptr ? "an older release of baudgate" : tag();
   if (theirs != protocols::kContractTag) {
-    return Error{path.string() + " was built for " + theirs + ", this daemon for " +
-                 protocols::kContractTag +
-                 "; build the module together with the daemon, or install both from one release"};
+    return Error{path.string() + " was built for " + theirs +
+                 ", but this gateway needs modules for " + protocols::kContractTag +
+                 "; build the module together with the gateway, or install both from one release"};
   }
   return entry();
 }

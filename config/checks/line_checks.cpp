@@ -192,8 +192,9 @@ Messages TimingMessages(const Timing& given, const Timing& fallback, const Seria
   const Timing used = Resolve(given, fallback);
   if (given.ceiling && *given.ceiling < *used.ceiling) {
     add("ceiling " + FormatDuration(*given.ceiling) + " is shorter than reply " +
-        FormatDuration(*used.reply) + " and gap " + FormatDuration(*used.gap) + " together; " +
-        FormatDuration(*used.ceiling) + " is used");
+        FormatDuration(*used.reply) + " and gap " + FormatDuration(*used.gap) +
+        " together, so the gateway uses " + FormatDuration(*used.ceiling) +
+        "; set ceiling to this or more");
   }
   if (given.drain && *used.drain < *used.gap) {
     add("drain " + FormatDuration(*used.drain) + " is shorter than gap " +

@@ -130,9 +130,9 @@ void VisitFields(const Listener*, Visit visit) {
       .fallback = "exception; at a serial port silent"});
   visit(Field<&Listener::broadcast>{
       .help = "pass: a write to unit 0 goes to all slaves of lines with a route"});
-  visit(Field<&Listener::holes>{
-      .help = "zero: in a block read with at least one point, addresses without a point return 0, "
-              "also as quality; off: exception 0x02"});
+  visit(Field<&Listener::holes>{.help =
+                                    "zero: addresses without a point return 0 (quality too) if the "
+                                    "request contains at least one point; off: exception 0x02"});
   visit(Field<&Listener::max_clients>{
       "max_clients", "clients at the same time; fewer if the limit of open files is low", 1,
       10'000});

@@ -258,8 +258,8 @@ std::optional<std::string> Sampling::WhyNot(bool first) {
     return "the module's sample may be older than the last sampling broadcast (#**), so only the "
            "next sample is used";
   if (overtaken)
-    return "#** was sent several times since the module last answered, and its reply does not show "
-           "which sample it contains";
+    return "the sampling broadcast (#**) was sent several times since the module last answered, so "
+           "its reply may contain an old sample";
   return std::nullopt;
 }
 
@@ -324,7 +324,9 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   const std::string command = CommandOf(task);
   if (const auto question = questions_.Before(command)) return requests_.Question(*question);
   if (!identification_.Allows(command)) {
-    return Error{trouble() ? trouble().text : "the module has not reported its checksum mode"};
+    return Error{trouble()
+                     ? trouble().text
+                     : "the module has not reported its checksum mode yet, so nothing was sent"};
   }
   if (task.kind != Task::Kind::write) return AskRead(command, now);
   const auto step = writes_.Next(task, now);

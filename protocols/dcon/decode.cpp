@@ -38,7 +38,7 @@ DecodedReply DecodeRefusal(const Command& request, const Reply& reply, bool read
   const std::string who = HexByte(request.address);
   if (!reply.body.empty() && reply.body != who) {
     return Fail(Outcome::unexpected,
-                "refusal '?" + reply.body + "' is from another module than " + who);
+                "the refusal '?" + reply.body + "' is from another module than " + who);
   }
   if (read) {
     DecodedReply decoded =

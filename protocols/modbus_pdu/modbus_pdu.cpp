@@ -91,10 +91,12 @@ Verdict CheckRepeated(View request, View reply) {
       return Unexpected("the reply confirms another address or count: " + ToHex(reply));
     case kDiagnostics:
       if (!RepeatsBegin(request, reply, 3)) {
-        return Unexpected("the reply is to another diagnosis: " + ToHex(reply));
+        return Unexpected("the reply is to another diagnostic request (function 08): " +
+                          ToHex(reply));
       }
       if (!IsMirrored(request) || std::ranges::equal(reply, request)) return {};
-      return Unexpected("the loopback came back changed: " + ToHex(reply));
+      return Unexpected("the data of the loopback (function 08) came back changed: " +
+                        ToHex(reply));
     case kEncapsulated:
       if (RepeatsBegin(request, reply, 2)) return {};
       return Unexpected("the reply is to another kind of function 2B request: " + ToHex(reply));

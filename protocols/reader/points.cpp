@@ -93,7 +93,7 @@ Status CheckDevice(const config::Device& device) {
     const std::size_t length = settings.form == Form::tag ? kTagDigits : settings.length;
     if (whole && length > point.text_length) {
       return Error{its + "type: string(" + std::to_string(length) +
-                   "), because a text that is longer than the point is never good"};
+                   "), because a longer text never gives a good value"};
     }
   }
   for (const config::Record& record : device.records) {

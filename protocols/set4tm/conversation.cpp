@@ -35,8 +35,9 @@ Request MeterRequests::Make(RequestKind kind, View pdu) {
 
 Result<Request> MeterRequests::Next(const Task& task, Instant now) {
   const bool writes = task.kind == Task::Kind::write;
-  const auto correction =
-      writes ? CorrectionOf(task, now) : Result<Bytes>(Error{"there is nothing to write"});
+  const auto correction = writes
+                              ? CorrectionOf(task, now)
+                              : Result<Bytes>(Error{"the write has no value, so nothing was sent"});
   if (writes && !correction) return Error{correction.error()};
   if (task.kind == Task::Kind::probe && !parts_.session.has_answered() &&
       ++probes_ % kOtherModeEvery == 0) {

@@ -221,7 +221,7 @@ Answer WriteSession::Closed(Answer answer) {
     answer.then = Then::ask_again;
     return answer;
   }
-  return Finish("the password may still be open: " + answer.reason);
+  return Finish("the password may still be open, so close it at the device: " + answer.reason);
 }
 
 Answer WriteSession::Finish(const std::string& warning) {

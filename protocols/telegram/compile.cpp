@@ -383,7 +383,7 @@ std::string Misfit(const Form& form, View bytes, const Match& match) {
     const auto field =
         EncodeField(form.pattern.Find(kChecksum)->format, static_cast<std::int64_t>(*sum));
     const bool binary = form.pattern.Find(kChecksum)->format.is_binary();
-    return "the checksum is wrong; by '" + std::string(form.checksum.kind->name) + "' it is " +
+    return "the checksum is wrong; by '" + std::string(form.checksum.kind->name) + "' it must be " +
            (!field   ? std::to_string(*sum)
             : binary ? "hex " + ToHex(*field)
                      : "'" + Printable(*field) + "'");

@@ -309,7 +309,8 @@ Status TelegramConversation::Begin(const Task& task, Instant now) {
   for (const auto& [name, text] : call.parameters) filled_.insert_or_assign(name, text);
   const auto telegram = settings_.description->Find(call.telegram);
   if (!telegram || !TelegramOf(*telegram).send) {
-    return Error{"'" + call.telegram + "' is not a telegram that can be sent"};
+    return Error{"'" + call.telegram +
+                 "' is not a telegram that can be sent; name a telegram with 'send'"};
   }
   const bool is_false = task.kind == Task::Kind::write &&
                         TelegramOf(*telegram).value_field() == nullptr && ToDouble(task.value) != 1;

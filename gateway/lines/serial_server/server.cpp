@@ -171,7 +171,7 @@ std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
     return "the port is in use by " + holder_->name;
   }
   if (clients_.size() >= kMostClients && !MakeRoom()) {
-    return "too many clients are connected already";
+    return "too many clients are connected already; close a connection";
   }
   return std::nullopt;
 }

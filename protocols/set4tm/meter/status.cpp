@@ -42,7 +42,8 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
               Quality(Quality::uncertain_last_usable, Reason::not_ready),
               {}};
     case kBusy:
-      return {Outcome::busy, "the meter is busy with a task of this kind", std::nullopt, 1s};
+      return {Outcome::busy, "the meter is still busy with an earlier request of this kind",
+              std::nullopt, 1s};
     case 0x9:
       return {Outcome::refused, "the payment register has overflowed", std::nullopt, {}};
     case 0xA:
