@@ -125,9 +125,11 @@ std::set<std::string> SecretKeys(const Catalog& catalog) {
 Result<std::string> MaskedConfig(const std::string& yaml, const std::set<std::string>& secrets) {
   Problems problems;
   const auto root = ParseYaml("configuration", yaml, problems);
-  if (!root) return Error{"it is not valid YAML, so its secrets cannot be found and hidden"};
+  if (!root)
+    return Error{"the configuration is not valid YAML, so its secrets cannot be found and hidden"};
   Masker masker(secrets);
-  if (!masker.Collect(root->yaml(), false)) return Error{"an alias in it refers to itself"};
+  if (!masker.Collect(root->yaml(), false))
+    return Error{"an alias (*) in the configuration refers to itself"};
   YAML::Emitter out;
   masker.Emit(root->yaml(), out);
   return std::string(out.c_str()) + "\n";
@@ -211,7 +213,7 @@ class Trial {
     }
     for (const std::string& section : others) {
       root.remove(section);
-      left_out.push_back(section + ": the trial does not know this section");
+      left_out.push_back(section + ": a trial cannot run this section");
     }
   }
 
@@ -242,8 +244,7 @@ class Trial {
   bool IsSerial(const YAML::Node& listener) {
     const YAML::Node at = listener.IsMap() ? listener["at"] : listener;
     if (!at || !at.IsScalar() || !at.Scalar().starts_with("/")) return false;
-    left_out.push_back("the listener at " + at.Scalar() +
-                       ": a trial has no real serial port for its master");
+    left_out.push_back("the listener at " + at.Scalar() + ": a trial opens no real serial port");
     return true;
   }
 
@@ -279,7 +280,8 @@ class Trial {
         continue;
       }
       left_out.push_back("the route to server " + route["server"].Scalar() +
-                         ": the registers of this server are not known");
+                         ": a trial sends nothing to other machines, and it cannot simulate the "
+                         "registers of this server");
     }
     modbus["routes"] = kept;
   }
@@ -295,7 +297,7 @@ Result<TrialConfig> MakeTrialConfig(const std::string& yaml, const TrialPlaces& 
   std::string text = trial.Rewrite(YAML::Load(yaml));
   return TrialConfig{std::move(text), std::move(trial.left_out)};
 } catch (const std::exception& error) {
-  return Error{std::string("it cannot be copied: ") + error.what()};
+  return Error{std::string("the configuration cannot be copied: ") + error.what()};
 }
 
 }  // namespace baudgate::config

@@ -188,14 +188,15 @@ void CheckLimit(const PointEvent& event, const Point& point, const MapReader& ma
   const auto [low, high] = EndsOf(point);
   if (above ? event.value >= high : event.value <= low) {
     error("value", "'" + point.name + "' has the range " + low.ToText() + " to " + high.ToText() +
-                       ", so it is never " + ConditionOf(event));
+                       ", so it is never " + ConditionOf(event) + "; correct the limit");
     return;
   }
   const Decimal back = event.value + (above ? -event.hysteresis : event.hysteresis);
   if (above ? back < low : back > high) {
     error("hysteresis", "'" + point.name + "' has the range " + low.ToText() + " to " +
                             high.ToText() + ", so it never returns " +
-                            (above ? "below " : "above ") + back.ToText());
+                            (above ? "below " : "above ") + back.ToText() +
+                            "; write a smaller number");
   }
 }
 
@@ -207,13 +208,13 @@ void CheckHysteresis(const PointEvent& event, const Point& point, const MapReade
   if (event.hysteresis < 0) return error("must not be negative");
   if (!IsNumber(point.type)) {
     return error("only numbers can have a hysteresis, but '" + point.name + "' is " +
-                 std::string(Name(point.type)));
+                 std::string(Name(point.type)) + "; remove the key");
   }
   if (event.on != PointEvent::On::change || IsFloat(point.type)) return;
   const auto [low, high] = EndsOf(point);
   if (event.hysteresis >= high - low) {
     error("'" + point.name + "' has the range " + low.ToText() + " to " + high.ToText() +
-          ", so it never changes by more");
+          ", so it never changes by more than this; write a smaller number");
   }
 }
 
@@ -230,7 +231,8 @@ void CheckNormal(const PointEvent& event, const Point& point, const MapReader& m
     return error(Quoted(event.normal) + " " + why);
   }
   if (!Decimal::Parse(event.normal)) {
-    error("'" + point.name + "' is a number, but " + Quoted(event.normal) + " is not");
+    error("'" + point.name + "' is a number, but " + Quoted(event.normal) +
+          " is not; write a number");
   }
 }
 
@@ -280,8 +282,9 @@ std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point) {
   if (!node) return events;
   Problems& problems = map.problems();
   if (point.access == Access::write) {
-    problems.Error(node->mark(), "events: '" + point.name +
-                                     "' can only be written, so its events cannot be seen");
+    problems.Error(node->mark(),
+                   "events: '" + point.name +
+                       "' can only be written, so it can have no events; remove the key");
   }
   const auto nodes = node->kind() == YamlNode::Kind::list
                          ? ReadList(*node, "events", kMostEvents, problems)
@@ -315,12 +318,15 @@ void CheckAlarm(const EventText& one, const MapReader& map) {
   };
   if (one.until && one.state != EventState::on) return error("until", "needs state: on");
   if (one.alarm == AlarmPriority::none) {
-    if (one.until) error("until", "only an alarm can end; write alarm: yes");
+    if (one.until)
+      error("until", "only an event with an alarm can have this key; write alarm: yes");
     return;
   }
   if (one.state == EventState::off) {
-    error("alarm", "write alarm at the event that begins the alarm, with until: " +
-                       std::to_string(one.code));
+    error("alarm",
+          "an event with state: off raises no alarm; write alarm at the event that begins the "
+          "state, with until: " +
+              std::to_string(one.code));
   }
 }
 
@@ -338,13 +344,15 @@ void CheckEnds(const std::vector<EventText>& table, const std::vector<Mark>& mar
       return other.code == *one.until && other.state == EventState::off && ShareChannel(one, other);
     };
     if (std::ranges::none_of(table, ends)) {
-      problems.Error(marks[i], "until: the table has no code " + code + " with state: off");
+      problems.Error(marks[i], "until: the table has no code " + code +
+                                   " with state: off; correct the code, or add this row");
     }
     const auto other = [&](const EventText& before) {
       return before.until == one.until && ShareChannel(one, before);
     };
     if (std::any_of(table.begin(), table.begin() + static_cast<std::ptrdiff_t>(i), other)) {
-      problems.Error(marks[i], "until: " + code + " already ends another alarm");
+      problems.Error(
+          marks[i], "until: " + code + " already ends another alarm; give each alarm its own code");
     }
   }
 }
@@ -378,8 +386,8 @@ void ReadDeviceEvents(MapReader& map, bool given, Device& device) {
                          "events: " +
                              (device.profile.empty() ? "the device has no profile with a"
                                                      : Quoted(device.profile) + " has no") +
-                             " table of events, so the device's events have no texts; some "
-                             "protocols have no events at all");
+                             " table of events, so events of the device have no texts, or never "
+                             "come; use a profile with events, or remove the key");
 }
 
 std::vector<EventText> ReadEventTable(const YamlNode& node,
@@ -400,8 +408,8 @@ std::vector<EventText> ReadEventTable(const YamlNode& node,
     map.Finish();
     const auto same = [&](const EventText& other) { return IsSame(one, other); };
     if (std::ranges::any_of(table, same)) {
-      problems.Error(map.MarkOf("code"),
-                     "code: " + std::to_string(one.code) + " occurs twice in the table");
+      problems.Error(map.MarkOf("code"), "code: " + std::to_string(one.code) +
+                                             " occurs twice in the table; remove one of the rows");
     }
     ends.push_back(map.MarkOf("until"));
     table.push_back(std::move(one));

@@ -32,7 +32,7 @@ std::vector<std::uint32_t> PointsOf(const RecordPattern& record, const Device& d
     }
     if (used) continue;
     problems.Error(record.mark, "records: " + Quoted(pattern) + " of '" + record.name +
-                                    "' matches no point that can be read");
+                                    "' matches no point that can be read; correct the pattern");
   }
   if (points.size() > kMostValues) {
     problems.Error(record.mark, "records: '" + record.name + "' has " +
@@ -70,7 +70,8 @@ std::vector<RecordPattern> ReadRecords(const YamlNode& node, Problems& problems)
     one.Finish();
   }
   if (records.size() > kMostRecords) {
-    problems.Error(node.mark(), "records: too many; at most " + std::to_string(kMostRecords));
+    problems.Error(node.mark(), "records: the profile has too many records; at most " +
+                                    std::to_string(kMostRecords));
   }
   return records;
 }

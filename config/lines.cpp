@@ -230,8 +230,9 @@ void CheckSpeakers(const Line& line, const Catalog& catalog, Problems& problems)
     if (protocol == nullptr || !SpeaksUnasked(*protocol, device.options)) continue;
     problems.Error(device.mark,
                    "device '" + device.name +
-                       "' sends without requests, so it must be alone on its line; line '" +
-                       line.name + "' has " + std::to_string(line.devices.size()) + " devices");
+                       "' sends without requests and needs a line of its own, but line '" +
+                       line.name + "' has " + std::to_string(line.devices.size()) +
+                       " devices; move the other devices to another line");
     return;
   }
 }

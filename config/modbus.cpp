@@ -56,7 +56,7 @@ void ReadTargetLine(const YamlNode& node, const std::vector<Line>& lines, Route&
     if (one->carrier) carriers.push_back(known);
   }
   context.problems.Error(
-      node.mark(), "line: '" + *name + "' speaks " + line->protocol +
+      node.mark(), "line: '" + *name + "' uses " + line->protocol +
                        ", which cannot carry Modbus requests; installed protocols that can: " +
                        (carriers.empty() ? "none" : Join(carriers)));
 }

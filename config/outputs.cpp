@@ -27,9 +27,10 @@ void CheckReach(const Dds& dds, const std::string& host, const std::string& what
                 Problems& problems) {
   if (!IsIpv4(host) || IsHere(host) || dds.interfaces.empty()) return;
   if (!std::ranges::all_of(dds.interfaces, IsHere)) return;
-  problems.Warning(mark, what + ": " + host +
-                             " cannot be reached, because interfaces has only loopback; add this "
-                             "machine's address in that network to interfaces");
+  problems.Warning(mark,
+                   what + ": " + host +
+                       " cannot be reached, because interfaces has only loopback; add the address "
+                       "that this machine has in the network of this host to interfaces");
 }
 
 void ReadPeer(const YamlNode& node, Dds& dds, Problems& problems) {
@@ -81,9 +82,10 @@ void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
   if (const auto multicast = map.Flag("multicast")) {
     dds.multicast = *multicast;
     if (!*multicast && dds.peers.empty() && dds.discovery_servers.empty()) {
-      problems.Warning(map.MarkOf("multicast"),
-                       "multicast: is off, and peers and discovery_servers are empty, so only "
-                       "participants that contact this gateway first find it; add peers");
+      problems.Warning(
+          map.MarkOf("multicast"),
+          "multicast: is off, and peers and discovery_servers are empty, so the gateway finds no "
+          "participants, and only those that contact it are connected; add peers");
     }
   }
 }

@@ -38,8 +38,8 @@ std::optional<AllowWhen> ReadInterlock(const YamlNode& node, Problems& problems)
 
 std::string WhatCan(std::string_view name, std::span<const std::string_view> names) {
   constexpr std::size_t kMostNamed = 12;
-  if (names.empty()) return " can be written: none";
-  const std::string text = DidYouMean(name, names) + " can be written: ";
+  if (names.empty()) return " no point of it can be written";
+  const std::string text = DidYouMean(name, names) + " points that can be written: ";
   if (names.size() <= kMostNamed) return text + Join(names);
   return text + Join(names.first(kMostNamed)) + " and " +
          std::to_string(names.size() - kMostNamed) + " more";
@@ -64,7 +64,7 @@ void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
     }
     const std::string wrong =
         "write: " + Quoted(*name) +
-        (found == device.points.end() ? " is not a point of '" : " can only be read of '") +
+        (found == device.points.end() ? " is not a point of '" : " can only be read in '") +
         device.name + "';";
     problems.Error(one.mark(),
                    wrong + (IsPermit(*name) ? " for all of the device's points, write 'write: " +
@@ -176,8 +176,8 @@ class Resolver {
     }
     if (&found == &guarded) {
       return Complain(interlock,
-                      "guards itself: after any other value, the point could never be written "
-                      "again; name another point");
+                      "is also the point that it guards, which could not be written any more after "
+                      "another value; name another point");
     }
     if (const auto* only = std::get_if<std::string>(&interlock.only)) {
       const std::string why = guarded.type == Type::string ? std::string() : WhyLeadingZero(*only);

@@ -52,7 +52,7 @@ std::optional<Bytes> Assembler::Next(bool idle, Bytes* discarded) {
         break;
       case Cut::Kind::need_more:
         if (held() > expect_.max_bytes) {
-          discard(1, Outcome::corrupt, "longer than any reply");
+          discard(1, Outcome::corrupt, "the bytes are longer than any reply");
         } else if (idle) {
           discard(held(), Outcome::partial, "stopped mid-frame");
         } else {

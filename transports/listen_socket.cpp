@@ -14,13 +14,14 @@ std::string Explain(int error, std::string_view key) {
   const std::string where(key);
   switch (error) {
     case EADDRINUSE:
-      return "address already in use; stop the other program or choose another port under " + where;
+      return "address already in use; stop the program that uses it, or choose another port in " +
+             where;
     case EACCES:
-      return "permission denied; ports below 1024 need CAP_NET_BIND_SERVICE, or choose another "
-             "port under " +
+      return "permission denied, because ports below 1024 need CAP_NET_BIND_SERVICE; choose a port "
+             "from 1024 up in " +
              where;
     case EADDRNOTAVAIL:
-      return "this machine has no such address; check " + where;
+      return "this machine has no such address; correct " + where;
     default:
       return std::strerror(error);
   }
@@ -84,7 +85,7 @@ Status HasAddressOf(const asio::ip::tcp::acceptor& acceptor) {
   if (!is_gone) return {};
   return Error{
       "this machine does not have the address " + address +
-      " now (ip addr lists its addresses); clients can connect again when the address is back"};
+      " now ('ip addr' lists its addresses); clients can connect again when the address is back"};
 }
 
 }  // namespace baudgate::transports

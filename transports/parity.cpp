@@ -52,7 +52,7 @@ Status CheckSoftwareParity(const config::SerialSettings& serial) {
       (serial.parity == config::Parity::even || serial.parity == config::Parity::odd)) {
     return {};
   }
-  return Error{"software parity supports 7E and 7O only, not " + serial.ToString() +
+  return Error{"software parity works with 7E and 7O only, not with " + serial.ToString() +
                "; remove `parity: software`"};
 }
 

@@ -43,18 +43,18 @@ std::string GroupOf(gid_t id) {
 }
 
 std::string NotSerial(const std::string& port) {
-  return port + " is not a serial port: correct port";
+  return port + " is not a serial port; correct port";
 }
 
 /// Returns an error text if something exists at `port` that is not a device; else an empty text.
 std::string OtherThing(const std::string& port) {
   struct stat info {};
   if (stat(port.c_str(), &info) != 0) return {};
-  if (S_ISDIR(info.st_mode)) return port + " is a folder, not a serial port: correct port";
+  if (S_ISDIR(info.st_mode)) return port + " is a folder, not a serial port; correct port";
   if (S_ISREG(info.st_mode)) {
     return port +
-           " is an ordinary file, not a serial port: remove it (written while the adapter was "
-           "away?), or correct port";
+           " is an ordinary file, not a serial port; remove this file, which was perhaps written "
+           "while the adapter was away, or correct port";
   }
   return S_ISCHR(info.st_mode) ? std::string() : NotSerial(port);
 }
@@ -97,7 +97,8 @@ std::string Conflict(const std::string& port, std::optional<pid_t> holder) {
   if (!holder) {
     return port + " is in use by another program (" + NameHolders(port) + "); close it there first";
   }
-  if (*holder == getpid()) return port + " is in use by another line of this gateway";
+  if (*holder == getpid())
+    return port + " is in use by another line of this gateway; give each line its own port";
   std::ifstream file("/proc/" + std::to_string(*holder) + "/comm");
   std::string name;
   std::getline(file, name);
@@ -138,7 +139,7 @@ std::string OpenErrorText(const std::string& port, int error) {
     case ENOENT:
     case ENXIO:
     case ENODEV:
-      return "no such port " + port + "; is the adapter plugged in?";
+      return "no such port " + port + "; plug the adapter in, or correct port";
     case EACCES:
     case EPERM:
       if (auto other = OtherThing(port); !other.empty()) return other;
@@ -149,7 +150,9 @@ std::string OpenErrorText(const std::string& port, int error) {
     case ENOTDIR:
       return NoSerialPort(port);
     case EIO:
-      return port + " exists but does not work (input/output error); is there hardware behind it?";
+      return port +
+             " exists but does not work (input/output error); check whether there is hardware "
+             "behind this port";
     default:
       return "cannot open " + port + ": " + std::strerror(error);
   }
@@ -474,13 +477,13 @@ void SerialPort::OnStreamEnd(const std::error_code& error) {
   Close();
   if (full) return listener_.OnStuck(StuckText());
   // Linux reports a removed adapter as end of file, EIO or ENODEV, depending on the driver.
-  listener_.OnLost(port_ + " is gone (" + error.message() + "); was the adapter unplugged?");
+  listener_.OnLost(port_ + " is gone (" + error.message() + "); plug the adapter in again");
 }
 
 std::string SerialPort::StuckText() const {
   return port_ + " takes no data" +
-         (serial_.rtscts    ? "; is the CTS line of the device connected and active?"
-          : serial_.xonxoff ? "; it sent XOFF and no XON since: switch XON/XOFF off at both ends"
+         (serial_.rtscts    ? "; check that the CTS line of the device is connected and active"
+          : serial_.xonxoff ? " since it received XOFF and no XON; switch XON/XOFF off at both ends"
                             : "");
 }
 

@@ -72,12 +72,13 @@ void SetFormat(termios2& mode, const config::SerialSettings& serial) {
 
 Status CheckRange(const config::SerialSettings& serial) {
   if (serial.baud < kLowestBaud || serial.baud > kHighestBaud) {
-    return Error{"bit rate " + std::to_string(serial.baud) + " is outside 300…921600"};
+    return Error{"bit rate " + std::to_string(serial.baud) +
+                 " is outside 300…921600 bit/s; correct serial"};
   }
   if (serial.data_bits < kFewestDataBits || serial.data_bits > 8 ||
       (serial.stop_bits != 1 && serial.stop_bits != 2)) {
     return Error{"serial format " + serial.ToString() +
-                 " is not possible; it needs 5 to 8 data bits and 1 or 2 stop bits"};
+                 " is not possible; write 5 to 8 data bits and 1 or 2 stop bits in serial"};
   }
   return {};
 }
@@ -184,16 +185,16 @@ Status CompareSettings(const config::SerialSettings& asked, const config::Serial
       "the driver of " + port + " did not set " + asked.ToString() + " but " + actual.ToString();
   const long difference = std::labs(static_cast<long>(asked.baud) - actual.baud);
   if (difference * 1000 > static_cast<long>(asked.baud) * kBaudTolerancePerMille) {
-    return Error{did + "; this port does not support that bit rate"};
+    return Error{did + "; set serial to a bit rate that this port supports"};
   }
   if (asked.data_bits != actual.data_bits || asked.parity != actual.parity) {
     const bool helps = asked.data_bits == 7 && (asked.parity == config::Parity::even ||
                                                 asked.parity == config::Parity::odd);
-    return Error{did +
-                 (helps ? "; set `parity: software`" : "; this port does not support that format")};
+    return Error{did + (helps ? "; set `parity: software`"
+                              : "; set serial to a format that this port supports")};
   }
   if (asked.stop_bits != actual.stop_bits) {
-    return Error{did + "; this port does not support that number of stop bits"};
+    return Error{did + "; set serial to a number of stop bits that this port supports"};
   }
   if (asked.rtscts != actual.rtscts) {
     return Error{"the driver of " + port + " has no RTS/CTS flow control; remove `rtscts`"};
@@ -244,7 +245,7 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
   if (ioctl(fd, TCGETS2, &actual) != 0) return NotTaken(port, "to read its settings back");
   // These flags belong to the tty layer, not to the driver, so they can be checked on a pty too.
   if (((actual.c_iflag ^ wanted) & (INPCK | PARMRK)) != 0) {
-    return Error{port + " does not mark damaged characters"};
+    return Error{port + " cannot report damaged characters; use another adapter or driver"};
   }
   if (!pty) {
     if (const Status same = CompareSettings(serial, FromTermios(actual), port); !same) return same;
@@ -393,8 +394,8 @@ std::string TtyMode::ChangesTo(const TtyMode& now) const {
     return (~before & after & flags) != 0;
   };
   if (turned_on(local_, now.local_, ECHO)) add("echo is on");
-  if (turned_on(local_, now.local_, ICANON)) add("input comes by whole lines");
-  if (turned_on(local_, now.local_, ISIG)) add("some bytes became signals");
+  if (turned_on(local_, now.local_, ICANON)) add("input is passed on only in whole lines");
+  if (turned_on(local_, now.local_, ISIG)) add("some bytes are taken as signals");
   if (turned_on(input_, now.input_, ICRNL | INLCR | IGNCR | ISTRIP)) add("input is translated");
   if (turned_on(output_, now.output_, OPOST)) add("output is translated");
   if (turned_on(input_, now.input_, IXON | IXOFF)) add("XON/XOFF is on");

@@ -352,12 +352,13 @@ void TcpClient::Begin(const AttemptPtr& attempt) {
     if (error || attempt->owner == nullptr) return;
     const std::string& port = attempt->owner->port_;
     if (attempt->looking_up) {
-      return attempt->owner->Fail("no name server answers the query for " + port +
-                                  "; is the name server reachable?");
+      return attempt->owner->Fail("no name server answers the query for the host of " + port +
+                                  "; check the name server and the way to it");
     }
-    attempt->owner->Fail(
-        port + " does not answer; is the server on, its cable in, and its IP address right?",
-        NoConnection::unreachable);
+    attempt->owner->Fail(port +
+                             " does not answer; check that the server is on, its cable is plugged "
+                             "in, and its IP address is right",
+                         NoConnection::unreachable);
   });
   std::error_code not_numeric;
   const auto ip = asio::ip::make_address(address->host, not_numeric);
@@ -375,10 +376,9 @@ void TcpClient::Resolve(const AttemptPtr& attempt, const TcpAddress& address) {
         if (attempt->owner == nullptr) return;
         attempt->looking_up = false;
         if (!found) {
-          return attempt->owner->Fail("the host name of " + attempt->owner->port_ +
-                                      " is not known (" + found.error() +
-                                      "): correct it, or the DNS of this machine, or write the IP "
-                                      "address");
+          return attempt->owner->Fail(
+              "the host name of " + attempt->owner->port_ + " is not known (" + found.error() +
+              "); correct the name or the DNS of this machine, or write the IP address in port");
         }
         std::vector<tcp::endpoint> endpoints;
         for (const asio::ip::address& ip : *found) endpoints.emplace_back(ip, port);
@@ -395,13 +395,15 @@ void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoi
                           error == asio::error::network_unreachable ||
                           error == asio::error::timed_out;
         const bool refused = error == asio::error::connection_refused;
-        attempt->owner->Fail("cannot connect to " + attempt->owner->port_ + ": " + error.message() +
-                                 (away ? "; is the host on, its cable in, and its IP address right?"
-                                       : "; is the port number right, and its server (a serial "
-                                         "server: in raw TCP mode) running and free?"),
-                             away      ? NoConnection::unreachable
-                             : refused ? NoConnection::refused
-                                       : NoConnection::other);
+        attempt->owner->Fail(
+            "cannot connect to " + attempt->owner->port_ + ": " + error.message() +
+                (away ? "; check that the server is on, its cable is plugged in, and its IP "
+                        "address is right"
+                      : "; check that the port number is right, and that the server is running, "
+                        "free, and in raw TCP mode if it is a serial server"),
+            away      ? NoConnection::unreachable
+            : refused ? NoConnection::refused
+                      : NoConnection::other);
       });
 }
 
@@ -473,7 +475,8 @@ void TcpClient::AwaitAcknowledgement() {
     if (error || awaiting.expired()) return;
     awaiting_.reset();
     if (Acknowledged() < awaited) {
-      GetStuck(port_ + " takes no data: a request has not been acknowledged and is given up");
+      GetStuck(port_ +
+               " takes no data, so the gateway gives up a request that was not acknowledged");
     } else if (Acknowledged() < given_up_) {
       AwaitAcknowledgement();
     }
@@ -483,7 +486,7 @@ void TcpClient::AwaitAcknowledgement() {
 Status TcpClient::Apply(const config::SerialSettings& serial) {
   if (SameSettings(serial, serial_)) return {};
   return Error{"the serial settings behind " + port_ +
-               " are set in the serial server; the gateway cannot switch them to " +
+               " are set in the serial server, so the gateway cannot change them there to " +
                serial.ToString()};
 }
 

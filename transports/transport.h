@@ -26,7 +26,7 @@ class TransportListener {
   virtual ~TransportListener() = default;
   virtual void OnOpened() = 0;
   /// Open failed; the transport is closed. `reason` is a sentence for the log with a remedy: "no
-  /// such port /dev/ttyUSB7; is the adapter plugged in?".
+  /// such port /dev/ttyUSB7; plug the adapter in, or correct port".
   virtual void OnOpenFailed(const std::string& reason) = 0;
   /// Called instead of OnOpenFailed if the connection to a server failed.
   virtual void OnNoConnection(const std::string& reason, NoConnection /*why*/) {
@@ -81,7 +81,7 @@ class Transport {
   /// Pause and PassOn. Bytes for which IsDrained was true are still transmitted.
   virtual Status Reset(const config::SerialSettings& serial) = 0;
   /// If another program has changed the settings of the open port, sets them again and returns what
-  /// was changed: "echo is on, input comes by whole lines". Else returns nothing.
+  /// was changed: "echo is on, input is passed on only in whole lines". Else returns nothing.
   virtual std::optional<std::string> Restore() { return std::nullopt; }
   virtual PortCounters Counters() const { return {}; }
 

@@ -47,15 +47,17 @@ Result<const protocols::Protocol*> LoadModule(const fs::path& path) {
   void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) return Error{std::string("cannot load module: ") + dlerror()};
   const auto entry = Find<decltype(&baudgate_protocol)>(handle, "baudgate_protocol");
-  if (entry == nullptr) return Error{path.string() + " is not a protocol module of baudgate"};
+  if (entry == nullptr)
+    return Error{path.string() +
+                 " is not a protocol module of baudgate; remove the file from this folder"};
   // Modules of older releases have no tag. Except for this symbol, nothing of a module is used
   // before its tag has been compared.
   const auto tag = Find<decltype(&baudgate_protocol_abi)>(handle, "baudgate_protocol_abi");
-  const std::string theirs = tag == nullptr ? "an older plugin contract" : tag();
+  const std::string theirs = tag == nullptr ? "an older release of baudgate" : tag();
   if (theirs != protocols::kContractTag) {
-    return Error{path.string() + " was built for " + theirs + ", this daemon for " +
-                 protocols::kContractTag +
-                 "; build the module together with the daemon, or install both from one release"};
+    return Error{path.string() + " was built for " + theirs +
+                 ", but this gateway needs modules for " + protocols::kContractTag +
+                 "; build the module together with the gateway, or install both from one release"};
   }
   return entry();
 }

@@ -19,7 +19,7 @@ void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
                 Problems& problems) {
   const auto warn = [&](const std::string& what, const std::string& whose, const std::string& why) {
     problems.Warning(mark, "device '" + device + "': " + what + " of the " + whose +
-                               " has no effect: the device's profile sets " + why +
+                               " has no effect, because the device's profile sets " + why +
                                "; set the key at the device to override the profile");
   };
   const auto compare = [&](const char* key, const auto& own, const auto& profile,
@@ -64,9 +64,10 @@ void CheckSeldomGroups(const Device& device, const Keys& keys, Problems& problem
     problems.Warning(
         keys.MarkOf("max_age"),
         point.group == Group::slow
-            ? shorter + "slow (" + FormatDuration(period) + "): slow points will often be uncertain"
+            ? shorter + "slow (" + FormatDuration(period) +
+                  "), so slow points will often be uncertain; set max_age longer than slow"
             : shorter + "poll of point '" + point.name + "' (" + FormatDuration(period) +
-                  "): the point will often be uncertain");
+                  "), so the point will often be uncertain; set max_age longer than this poll");
   }
 }
 
@@ -76,19 +77,20 @@ void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& p
   if (!limit) {
     if (!device.dead_age) return;
     return problems.Error(keys.MarkOf("dead_age"),
-                          "dead_age: set max_age too; this device sends without requests, so its "
-                          "values need max_age to become old");
+                          "dead_age: has no effect without max_age, because this device sends "
+                          "without requests; set max_age too");
   }
   const Duration max_age = *limit;
   if (max_age < device.poll && !unasked) {
     problems.Error(keys.MarkOf("max_age"),
                    "max_age: " + FormatDuration(max_age) + " is shorter than poll (" +
-                       FormatDuration(device.poll) + "): every value would be stale");
+                       FormatDuration(device.poll) +
+                       "), so every value would soon be uncertain; set max_age to poll or more");
   }
   if (device.dead_age && *device.dead_age < max_age) {
-    problems.Error(keys.MarkOf("dead_age"), "dead_age: " + FormatDuration(*device.dead_age) +
-                                                " is shorter than max_age (" +
-                                                FormatDuration(max_age) + ")");
+    problems.Error(keys.MarkOf("dead_age"),
+                   "dead_age: " + FormatDuration(*device.dead_age) + " is shorter than max_age (" +
+                       FormatDuration(max_age) + "); set it to max_age or more");
   }
   if (!unasked && max_age >= device.poll) CheckSeldomGroups(device, keys, problems);
 }
@@ -138,7 +140,8 @@ void LineAddresses::Add(const Device& device, const protocols::Protocol& protoco
   const auto& [name, spelling] = first->second;
   problems.Warning(mark, "address: " + Quoted(address) + " is also the address of device '" + name +
                              "' on this line" +
-                             (spelling == address ? "" : ", written there as " + Quoted(spelling)));
+                             (spelling == address ? "" : ", written there as " + Quoted(spelling)) +
+                             "; give each device its own address");
 }
 
 void CheckDevice(const Device& device, const protocols::Protocol* protocol, const Keys& keys,

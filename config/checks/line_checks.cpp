@@ -57,7 +57,8 @@ void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problem
   const bool even_or_odd = serial.parity == Parity::even || serial.parity == Parity::odd;
   if (serial.data_bits == 7 && even_or_odd && serial.stop_bits == 1) return;
   problems.Error(mark, "parity: software parity works with 7E1 or 7O1 only, not with " +
-                           serial.ToString().substr(serial.ToString().find(' ') + 1));
+                           serial.ToString().substr(serial.ToString().find(' ') + 1) +
+                           "; correct serial, or remove parity: software");
 }
 
 void CheckFlowControl(const SerialSettings& serial, const Keys& keys, Problems& problems) {
@@ -105,7 +106,7 @@ void CheckPortSettings(const std::string& port, const SerialSettings& serial, co
         std::pair("xonxoff", serial.xonxoff)}) {
     if (!used) continue;
     problems.Error(mark, std::string(key) +
-                             ": the serial server (tcp://) controls this; set it in the serial "
+                             ": the serial server (tcp://) has this setting; set it in the serial "
                              "server and remove the key here");
   }
 }
@@ -191,8 +192,9 @@ Messages TimingMessages(const Timing& given, const Timing& fallback, const Seria
   const Timing used = Resolve(given, fallback);
   if (given.ceiling && *given.ceiling < *used.ceiling) {
     add("ceiling " + FormatDuration(*given.ceiling) + " is shorter than reply " +
-        FormatDuration(*used.reply) + " and gap " + FormatDuration(*used.gap) + " together; " +
-        FormatDuration(*used.ceiling) + " is used");
+        FormatDuration(*used.reply) + " and gap " + FormatDuration(*used.gap) +
+        " together, so the gateway uses " + FormatDuration(*used.ceiling) +
+        "; set ceiling to this or more");
   }
   if (given.drain && *used.drain < *used.gap) {
     add("drain " + FormatDuration(*used.drain) + " is shorter than gap " +
@@ -296,8 +298,8 @@ void CheckOrder(const Line& line, const Catalog& catalog, Problems& problems) {
     problems.Warning(
         device.mark,
         "device '" + device.name +
-            "': its replies do not show which request they answer, so after a lost reply some "
-            "exchanges are spent on finding out; " +
+            "': its replies do not show which request they answer, so after a lost reply the "
+            "gateway sends extra requests to find out; " +
             (device.options.Has("identify") ? "set identify: true if the device can send its name, "
                                             : "add an identity to its profile, ") +
             "or set trust_order: true if no serial server or radio can delay replies");

@@ -53,8 +53,9 @@ void CheckClient(const ClientPriority& client, const Listener& listener, const M
       listener.allow.begin(), listener.allow.end(),
       [&](const Network& network) { return Covers(network, from) || Covers(from, network); });
   if (!listener.allow.empty() && !can_come) {
-    problems.Warning(
-        mark, "from: " + from.text + " has no effect: 'allow' excludes all of these addresses");
+    problems.Warning(mark, "from: " + from.text +
+                               " has no effect, because 'allow' excludes all of these addresses; "
+                               "add them to 'allow', or remove the entry");
   }
 }
 
@@ -131,7 +132,7 @@ void CheckRoute(const Route& route, const Keys& keys, Problems& problems) {
   } else if (first < least || last > 255) {
     problems.Error(keys.MarkOf("remap"),
                    "remap: " + route.Units() + " would become " + RangeText(first, last) + "; " +
-                       (to_line ? "slaves of a line are 1…255" : "unit ids are 0…255"));
+                       (to_line ? "slave numbers on a line are 1…255" : "unit ids are 0…255"));
   }
 }
 
@@ -175,12 +176,12 @@ void CheckRoutes(const Config& config, const Catalog& catalog, Problems& problem
     CheckDeadline(route, config, catalog, problems);
     const std::string taken = TakenOf(config, reached, i);
     if (taken.empty()) continue;
-    problems.Warning(
-        route.mark, "route for " + route.Units() +
-                        (reached[i].none()
-                             ? " is never used, because its units are already taken: "
-                             : " does not get all of its units, because some are already taken: ") +
-                        taken);
+    problems.Warning(route.mark,
+                     "route for " + route.Units() +
+                         (reached[i].none()
+                              ? " is never used, because its units are already used: "
+                              : " does not get all of its units, because some are already used: ") +
+                         taken);
   }
 }
 
@@ -207,9 +208,9 @@ void CheckUse(const Config& config, Problems& problems) {
   if (std::any_of(routes.begin(), routes.end(), takes_broadcasts)) return;
   for (const Listener& listener : config.modbus.listen) {
     if (listener.broadcast != Listener::Broadcast::pass) continue;
-    problems.Warning(
-        listener.mark,
-        "listen: broadcast: pass has no effect, because no route leads to a line or names unit 0");
+    problems.Warning(listener.mark,
+                     "listen: broadcast: pass has no effect, because no route leads to a line or "
+                     "names unit 0; remove broadcast, or add a route");
   }
 }
 

@@ -37,12 +37,12 @@ std::string WhyNever(const Sentinel& sentinel, const RawNumbers& numbers) {
   if (numbers.Contain(sentinel.value)) return {};
   if (numbers.kind == Kind::single) {
     const double nearest = NearestSingle(sentinel.value.ToDouble());
-    return "is not a float32 number, so the device can never send it" +
+    return "is not a float32 number, so the device never sends it" +
            (std::isfinite(nearest) ? "; the nearest is " + FormatNumber(nearest) : std::string());
   }
   const auto& [lowest, highest] = numbers.range;
   const Decimal meant = OfBits(sentinel.value, numbers.range);
-  return "is never read: the device sends whole numbers " + std::to_string(lowest) + "…" +
+  return "can never match: the device sends whole numbers " + std::to_string(lowest) + "…" +
          std::to_string(highest) + ", before scale and offset" +
          (numbers.Contain(meant) ? "; write " + meant.ToText() : "");
 }
@@ -102,25 +102,30 @@ void CheckOnFault(const Point& point, const Keys& keys, Problems& problems) {
           "; write hold or a number");
   } else if (fault.kind == Kind::value &&
              (point.type == Type::string || !Fits(point, fault.value))) {
-    error(fault.value.ToText() + " does not fit type " + type);
+    error(fault.value.ToText() + " does not fit type " + type +
+          "; write hold, or a number that fits");
   } else if (fault.kind != Kind::automatic && !point.modbus && keys.Has("on_fault")) {
-    error("this key sets what Modbus registers show, but '" + point.name +
-          "' has none; add 'modbus' to the point, or remove 'on_fault'");
+    error("the key sets what Modbus registers show, but '" + point.name +
+          "' has no register; add 'modbus' to the point, or remove 'on_fault'");
   }
 }
 
 void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
   const bool is_number = IsNumber(point);
   if (point.scale == 0) {
-    problems.Error(keys.MarkOf("scale"), "scale: 0 would make every value the same");
+    problems.Error(
+        keys.MarkOf("scale"),
+        "scale: 0 would make every value the same; write another number, or remove the key");
   }
   if (!is_number && point.scale != 1) {
     problems.Error(keys.MarkOf("scale"), "scale: only numbers can be scaled, but '" + point.name +
-                                             "' is " + std::string(Name(point.type)));
+                                             "' is " + std::string(Name(point.type)) +
+                                             "; remove the key");
   }
   if (!is_number && point.offset != 0) {
     problems.Error(keys.MarkOf("offset"), "offset: only numbers can have an offset, but '" +
-                                              point.name + "' is " + std::string(Name(point.type)));
+                                              point.name + "' is " + std::string(Name(point.type)) +
+                                              "; remove the key");
   }
   if (is_number && !IsFloat(point.type)) {
     for (const auto& [key, number] :
@@ -133,15 +138,15 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
     }
   }
   if (point.jump && (*point.jump < 0 || !is_number)) {
-    problems.Error(keys.MarkOf("jump"), is_number ? "jump: must not be negative"
-                                                  : "jump: only numbers can have a jump, but '" +
-                                                        point.name + "' is " +
-                                                        std::string(Name(point.type)));
+    problems.Error(keys.MarkOf("jump"),
+                   is_number ? "jump: must not be negative"
+                             : "jump: only numbers can have a jump, but '" + point.name + "' is " +
+                                   std::string(Name(point.type)) + "; remove the key");
   }
   if (keys.Has("deadband") && !is_number) {
     problems.Error(keys.MarkOf("deadband"), "deadband: only numbers can have a deadband, but '" +
                                                 point.name + "' is " +
-                                                std::string(Name(point.type)));
+                                                std::string(Name(point.type)) + "; remove the key");
   }
   if (point.jump && point.recheck == Recheck::off && keys.Has("recheck")) {
     problems.Error(keys.MarkOf("jump"),
@@ -191,7 +196,7 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
   for (const std::string_view key : {"min", "max", "step", "decimals"}) {
     if (keys.Has(key) && !is_number) {
       error(key, "only numbers can have this key, but '" + point.name + "' is " +
-                     std::string(Name(point.type)));
+                     std::string(Name(point.type)) + "; remove the key");
     }
   }
   if (writing.min && writing.max && *writing.min > *writing.max) {
@@ -209,8 +214,8 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
   }
   if (writing.step && *writing.step <= 0) error("step", "must be above 0");
   if (writing.decimals && *writing.decimals > 0 && is_number && !IsFloat(point.type)) {
-    error("decimals", "whole numbers have no decimals, and '" + point.name + "' is " +
-                          std::string(Name(point.type)));
+    error("decimals", "'" + point.name + "' is " + std::string(Name(point.type)) +
+                          ", which has no decimals; remove the key");
   }
   CheckAccess(point, keys, problems);
   if (keys.Has("select_time") && !writing.select) {
@@ -242,7 +247,8 @@ void CheckPoint(const Point& point, const protocols::Protocol* protocol, const K
   if (point.simulate && point.simulate->text && point.simulate->text->size() > point.text_length &&
       point.text_length > 0) {
     problems.Error(keys.MarkOf("simulate"), "simulate: the text is longer than string(" +
-                                                std::to_string(point.text_length) + ")");
+                                                std::to_string(point.text_length) +
+                                                "); write a shorter text");
   }
   CheckArithmetic(point, keys, problems);
   CheckOnFault(point, keys, problems);
@@ -268,11 +274,14 @@ void CheckLimitPoints(const std::vector<Point>& points, Problems& problems) {
                    DidYouMean(name, names) + " write for example " + std::string(key) + ": 50");
     }
     if (point.access == Access::read) {
-      return error("'" + point.name + "' can only be read, so its limit must be a number");
+      return error("'" + point.name +
+                   "' is never written, so a point cannot be its limit; write a number");
     }
-    if (&*found == &point) return error("'" + name + "' cannot be its own limit");
+    if (&*found == &point)
+      return error("'" + name + "' cannot be its own limit; write a number or another point");
     if (found->access == Access::write) {
-      return error("'" + name + "' cannot be read, so it cannot be a limit");
+      return error("'" + name +
+                   "' cannot be read, so it cannot be a limit; write a number or another point");
     }
     if (!IsNumber(*found))
       error("'" + name + "' is " + std::string(Name(found->type)) + ", not a number");
@@ -325,7 +334,8 @@ void RegisterClaims::Add(const Point& point, const Mark& mark) {
   }
   problems_.Error(mark, "modbus: " + kind + RangeText(first, last) + " of '" + point.name +
                             "' overlaps " + RangeText(other_first, other->last) + " of '" +
-                            other->name + "' (" + other->mark.ToString() + ")");
+                            other->name + "' (" + other->mark.ToString() +
+                            "); give one of the points another address");
 }
 
 }  // namespace baudgate::config

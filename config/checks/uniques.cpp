@@ -76,21 +76,24 @@ const Uniques::Owner* Uniques::Claim(Owners& owners, const std::string& what,
 void Uniques::Line(const std::string& name, const Mark& mark) {
   if (const Owner* first = Claim(lines_, name, name, mark)) {
     problems_.Error(mark, "line name '" + name + "' is already used in line " +
-                              std::to_string(first->mark.line) + " of the file");
+                              std::to_string(first->mark.line) +
+                              " of the file; choose another name");
   }
 }
 
 void Uniques::Device(const std::string& name, const Mark& mark) {
   if (const Owner* first = Claim(devices_, name, name, mark)) {
     problems_.Error(mark, "device name '" + name + "' is already used in line " +
-                              std::to_string(first->mark.line) + " of the file");
+                              std::to_string(first->mark.line) +
+                              " of the file; choose another name");
   }
 }
 
 void Uniques::Unit(std::uint8_t unit, const std::string& device, const Mark& mark) {
   if (const Owner* first = Claim(units_, std::to_string(unit), device, mark)) {
     problems_.Error(mark, "unit: " + std::to_string(unit) + " is already used by device '" +
-                              first->name + "' (line " + std::to_string(first->mark.line) + ")");
+                              first->name + "' (line " + std::to_string(first->mark.line) +
+                              "); choose another unit id");
   }
 }
 
@@ -108,7 +111,7 @@ void Uniques::ListenerPort(const std::string& path, const Mark& mark) {
   if (const Owner* first = Claim(ports_, RealPort(path), "another listener", mark)) {
     problems_.Error(mark, "listen: " + Quoted(path) + " is already the port of " + first->name +
                               " (line " + std::to_string(first->mark.line) +
-                              "); a master needs a port of its own");
+                              "); give each master its own port");
   }
 }
 

@@ -111,7 +111,7 @@ void VisitFields(const Listener*, Visit visit) {
   visit(Field<&Listener::port>());
   visit(Field<&Listener::path>());
   visit(Field<&Listener::serial>{.help = "serial port only: as at a line; parity and rs485 as well",
-                                 .fallback = "those of the framing"});
+                                 .fallback = "the usual settings of the framing"});
   visit(Field<&Listener::echo>{
       .help = "serial port only: strip if the adapter returns the gateway's own replies"});
   visit(Field<&Listener::framing>{.help = "rtu, ascii: the frames of a serial line, also over TCP",
@@ -130,9 +130,9 @@ void VisitFields(const Listener*, Visit visit) {
       .fallback = "exception; at a serial port silent"});
   visit(Field<&Listener::broadcast>{
       .help = "pass: a write to unit 0 goes to all slaves of lines with a route"});
-  visit(Field<&Listener::holes>{
-      .help = "zero: in a block read with at least one point, addresses without a point return 0, "
-              "also as quality; off: exception 0x02"});
+  visit(Field<&Listener::holes>{.help =
+                                    "zero: addresses without a point return 0 (quality too) if the "
+                                    "request contains at least one point; off: exception 0x02"});
   visit(Field<&Listener::max_clients>{
       "max_clients", "clients at the same time; fewer if the limit of open files is low", 1,
       10'000});

@@ -104,8 +104,8 @@ std::vector<YamlNode> ReadList(const YamlNode& list, const std::string& what, st
   }
   for (const auto& element : list.yaml()) {
     if (elements.size() == most) {
-      problems.Error(list.mark(),
-                     what + ": more than " + std::to_string(most) + " entries are not supported");
+      problems.Error(list.mark(), what + ": more than " + std::to_string(most) +
+                                      " entries are not possible; remove some");
       break;
     }
     elements.emplace_back(element, list.source());

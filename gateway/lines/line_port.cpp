@@ -70,8 +70,8 @@ void SettingsWatch::CheckSettings(Now now) {
   const auto times =
       times_restored_ == 1 ? std::string("once") : fmt::format("{} times", times_restored_);
   display_.Show(bus::LineStatus::Port::open,
-                fmt::format("{}; another program has changed its settings {}, last {} ({}); they "
-                            "were set again",
+                fmt::format("{}; another program has changed its settings {}, last at {} ({}), and "
+                            "the gateway has set them again",
                             port_.Describe(), times, FormatWallTime(now.wall), *changes),
                 now);
 }
@@ -92,7 +92,8 @@ void CatchUp(auto& part, Now now) {
 std::string HintOf(const RestingConnection& rest, bool unread, const config::Line& line) {
   const std::string& protocol = line.protocol;
   if (rest.unanswered() >= kPassedOn) {
-    return "unanswered: check its mode (raw TCP), its protocol (" + protocol +
+    return "with requests unanswered: check the server's mode (raw TCP), its protocol (" +
+           protocol +
            "), its inactivity time, and the power, wire and address of the devices behind it";
   }
   if (rest.asks() && !unread) {
@@ -100,16 +101,17 @@ std::string HintOf(const RestingConnection& rest, bool unread, const config::Lin
         line.devices.empty() ? config::kNoTraits : *line.devices.front().traits;
     const std::string other(traits.counterpart);
     if (!traits.service.empty()) {
-      return "before it had worked, after the first request: check that " +
+      return "before any good reply, after the first request: check that " +
              std::string(traits.service) +
-             " is behind this port, knows the unit, and admits this address";
+             " is behind this port, serves this unit, and admits the gateway's address";
     }
-    return "before it had worked, after the first request: it expects another protocol. Set its "
-           "port to raw TCP for " +
+    return "before any good reply, after the first request: the server expects another protocol. "
+           "Set its port to raw TCP for " +
            protocol + (other.empty() ? "" : ", or set protocol: " + other + " here") +
            "; check the port number";
   }
-  return "before it had worked: check whether another client uses it, and its connection limit";
+  return "before any good reply: check whether another client uses the server, and its connection "
+         "limit";
 }
 
 }  // namespace
@@ -353,7 +355,8 @@ void LinePort::OnTimer(Now now) {
   now_ = now;
   if (grace_.IsOver(now.instant) && poller_.IsWriting()) {
     log::Warn({.line = line_.name},
-              "a write was aborted; the device may still be unlocked by its password");
+              "a write was aborted, so the device may still be unlocked by its password; write "
+              "again, or lock it at the device");
     grace_.End();
   }
   if (HasCome(lent_until_, now.instant)) EndLoan();

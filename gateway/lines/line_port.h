@@ -97,7 +97,7 @@ class WriteGrace {
 };
 
 /// The reason that log and records give when `baudgate release --end` takes the port back.
-inline constexpr std::string_view kTakenBack = "the line was taken back";
+inline constexpr std::string_view kTakenBack = "'baudgate release --end' has ended the loan";
 
 /// The port of one line. Not thread-safe, except is_open(). `now` must never go back.
 class LinePort final : public bus::RequestPort, public PortLoan::Line {

@@ -84,7 +84,7 @@ void PortDisplay::OnOpened(const std::string& text, Now now) {
 void PortDisplay::OnDown(const std::string& reason, Down down, Now now) {
   if (down.first) {
     log::Warn({.line = name_, .outcome = std::string(Name(Outcome::line_down))},
-              "down: {}; trying again until it works", reason);
+              "port down: {}; the gateway tries again until the port works", reason);
   }
   if (reason != text_) Show(bus::LineStatus::Port::closed, reason, now);
   Update([&](bus::LineStatus& status) { status.silent = down.silent; });
@@ -96,8 +96,10 @@ void PortDisplay::OnReleaseAsked(WallTime until) {
 }
 
 void PortDisplay::OnReleased(const std::string& port, Duration time, Now now) {
-  log::Info({.line = name_}, "{} is released for {}; its points are out of service", port,
-            FormatDuration(time));
+  log::Info(
+      {.line = name_},
+      "{} is released for {} to another program; meanwhile the line's values are out of service",
+      port, FormatDuration(time));
   const std::string text = "released for " + FormatDuration(time);
   OnReleaseAsked({});
   Show(bus::LineStatus::Port::released, text, now, {.until = now.wall + time});

@@ -103,7 +103,7 @@ void LineServers::Stop(const std::string& why) {
 }
 
 void LineServers::Offer(config::PortServer server, Duration time, Now now) {
-  Withdraw("a new loan replaces this one", now);
+  Withdraw("a new 'baudgate release' replaces this loan", now);
   offer_ = std::move(server);
   loan_.Offer(offer_, time, now);
   offered_ = Make(offer_, Server::Use::by_hand);
@@ -182,7 +182,9 @@ bool LineRunner::Submit(bus::WriteCommand command) {
 
 bool LineRunner::Submit(bus::RoutedRequest request) {
   if (stuck_since()) {
-    request.done({Outcome::line_down, {}, "the driver of the line does not answer"});
+    request.done({Outcome::line_down,
+                  {},
+                  "the driver of the line's port does not answer; check the adapter (dmesg)"});
     return true;
   }
   if (!bus::RouteQueue::TakePlace(routed_, request)) return false;

@@ -211,7 +211,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
 class LineSlot final : public bus::RouteTarget {
  public:
   static constexpr const char* kNotThere =
-      "its line does not run: a reload is adding the line, or has removed it";
+      "its line does not run: a reload is adding the line, or has removed it; try again after the "
+      "reload";
 
   bool Submit(bus::RoutedRequest request) override {
     bool taken = true;

@@ -85,7 +85,8 @@ Result<std::shared_ptr<transports::LoopThread>> Lines::MakeLoop(const config::Li
   loop->Start();
   return loop;
 } catch (const std::system_error& failed) {
-  return Error{"line " + line.name + ": no thread for its port: " + failed.code().message()};
+  return Error{"line " + line.name +
+               ": no thread could be started for its port: " + failed.code().message()};
 }
 
 asio::io_context& Lines::LoopFor(LineEntry& entry) {
@@ -178,8 +179,8 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
     if (!one.runner->StopBefore(deadline)) {
       one.runner->Retire();
       log::Warn({.line = config->name},
-                "a call of its driver does not return, so the line cannot be stopped and is "
-                "abandoned. Check its adapter (dmesg)");
+                "a call of the port's driver does not return, so the reload cannot stop the line "
+                "and drops it. Check the adapter (dmesg)");
       hanging_.push_back(std::move(one.runner));
       continue;
     }
@@ -293,7 +294,9 @@ bool LineDispatcher::Submit(bus::WriteCommand command) {
   bool taken = false;
   const char* not_there = LineSlot::kNotThere;
   const bool there = lines_.OfDevice(device).With([&](LineRunner& runner) {
-    not_there = runner.stuck_since() ? "the driver of its line does not answer" : nullptr;
+    not_there = runner.stuck_since()
+                    ? "the driver of its line's port does not answer; check the adapter (dmesg)"
+                    : nullptr;
     if (not_there == nullptr) taken = runner.Submit(std::move(command));
   });
   if (there && not_there == nullptr) {

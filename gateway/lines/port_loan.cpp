@@ -47,7 +47,7 @@ void PortLoan::Want(PortUser& user, const Visit& visit, Now now) {
   if (!why_not) why_not = InUse();
   if (!why_not && lends() && links_.records.required && links_.records.log != nullptr &&
       !links_.records.log->Trouble().empty()) {
-    why_not = "the loan cannot be recorded: " + links_.records.log->Trouble();
+    why_not = "the audit cannot record the loan (audit: require): " + links_.records.log->Trouble();
   }
   if (why_not) return Refuse(user, visit.client, *why_not, now);
   user_ = &user;
@@ -117,8 +117,8 @@ void PortLoan::HandOver(Now now) {
     links_.news.OnNews({bus::News::What::port_served, false, {}, who}, now);
   }
   log::InfoFolded({.line = links_.config.name},
-                  links_.config.name + " has port " + HostOf(visit_.client), "{} has the port",
-                  who);
+                  links_.config.name + " has port " + HostOf(visit_.client),
+                  "client {} has the port", who);
   PortUser& user = *user_;
   user.Grant(links_.port, links_.config.serial, now);
   if (user_ != nullptr) ShowVisit(now);
@@ -166,7 +166,7 @@ void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   const std::string text = fmt::format("{}, after {}; {}", why, TookText(took), BytesOf(visit));
   log::InfoFolded({.line = links_.config.name},
                   links_.config.name + " had port " + HostOf(visit.client),
-                  "{} no longer has the port: {}", visit.client, text);
+                  "client {} no longer has the port: {}", visit.client, text);
   if (lends() && links_.records.log != nullptr) {
     audit::EndLoan(*links_.records.log, {links_.config.name, visit.client, visit.began},
                    why + "; " + BytesOf(visit), now);

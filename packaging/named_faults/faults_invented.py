@@ -76,7 +76,7 @@ INVENTED = family(
     Fault("DCON: engineering, percent set", "dcon", m.sends(m.dcon_line(lambda t: b">+100.00-050.00+000.00+099.99" if t[:1] == b">" else t)), "", "", well=True),
     Fault("DCON: other address", "dcon", m.sends(m.dcon_line(lambda t: b"!07" + t[3:] if t[:1] == b"!" else b"?07")), "module 07 answers|07", "address", OTHER),
     Fault("SPA: values in E notation", "spa", m.sends(lambda x: x.slave.wrap(x.address, b"D:" + b"/".join([b"5.0E-1"] * (x.reply.count(b"/") + 1)))), "5.0E-1|no number|type|no value", "profile|type", OTHER),
-    Fault("meter asks for another password", "set", m.of_request(b"\1", m.sends(m.set_status(3))), "refuses the password", "set `password`", OTHER),
+    Fault("meter asks for another password", "set", m.of_request(b"\1", m.sends(m.set_status(3))), "refuses the password", "correct `password`", OTHER),
     Fault("count in registers, not bytes", "rtu tcp", m.sends(m.pdu(lambda q: bytes([q[0], q[1] // 2 or 1]) + q[2:])), "count|not fit", "firmware|keep|profile", OTHER),
 ) + family(
     "a mis-set serial server",
@@ -130,7 +130,7 @@ INVENTED = family(
     Fault("parity: 00 in place", "spa ascii", m.sends(lambda x: bytes(0 if bin(c).count("1") & 1 else c for c in x.reply)), "parity", "parity", "gap|second master|power"),
     Fault("parity: nothing but 00", "spa", m.sends(lambda x: bytes(len(x.reply))), "parity", "parity", "gap|second master|power"),
     Fault("no carriage return", "dcon dcon0", m.sends(lambda x: x.reply.replace(b"\r", b"")), "line end|last byte|carriage", "raw|converter", OTHER + "|first byte"),
-    Fault("sum without its first character", "dcon", m.sends(lambda x: x.reply[:-3] + b"%02X\r" % ((int(x.reply[-3:-1], 16) - x.reply[0]) & 255)), "leaves out the '[>!]'", "firmware|checksum: false", OTHER + "|first byte"),
+    Fault("sum without its first character", "dcon", m.sends(lambda x: x.reply[:-3] + b"%02X\r" % ((int(x.reply[-3:-1], 16) - x.reply[0]) & 255)), "does not count the first character '[>!]'", "firmware|checksum: false", OTHER + "|first byte"),
     Fault("number with two values", "reader", None, "2 numbers", "read: number", "poll|gap|bit rate", device="form: text", points=WEIGHT, events=((0.7, lambda s: b"GS  12.35kg NT  10.10kg\r\n"),)),
     Fault("codes without an end", "reader", None, "no end", "end: \"\"", "poll|gap|bit rate", device="form: text, end: \"0x0D\"", points=WEIGHT, events=((1.7, lambda s: b"4006381333931"),)),
     Fault("nobody reads", "reader", None, "normal", "otherwise check", "poll", device="form: text", points=WEIGHT),

@@ -105,8 +105,8 @@ SITES = family(
     Fault("no MDA", "nmea", None, "no MDA", "switch it on", "power", events=both()[:1], **WEATHER),
     Fault("GPS receiver", "nmea", None, r"GPRMC", "device at this port", "power", events=lines(sentence(GPS)), **WEATHER),
     Fault("every 15 s", "nmea", None, "every 15", "max_age", "power|wire", device="poll: 2s", events=both(15.0), **WEATHER),
-    Fault("check value with the $", "nmea", None, "computed otherwise", "checksum:", "multiplexer|noise", events=both(taken=0x24), **WEATHER),
-    Fault("check value differs by 41", "nmea", None, "computed otherwise", "differs from xor8 always by 41", "multiplexer|noise", events=both(taken=0x41), **WEATHER),
+    Fault("check value with the $", "nmea", None, "computed in another way", "checksum:", "multiplexer|noise", events=both(taken=0x24), **WEATHER),
+    Fault("check value differs by 41", "nmea", None, "computed in another way", "differs from xor8 always by 41", "multiplexer|noise", events=both(taken=0x41), **WEATHER),
 ) + family(
     "6 damage by content or length",
     *[Fault("%02X swallowed" % byte, "rtu set", m.sends(m.valued(byte, lambda r, b=byte: r.replace(bytes([b]), b""))), "missing|%02X|break off" % byte, "raw|XON|flow control|line ends|serial server", "power|second master|bit rate", line="TCP" if byte else "")

@@ -128,7 +128,7 @@ class Gateway:
         if name == "io":
             line.update(port_state="open", port_text="serial /dev/ttyUSB2 115200 8N1", use=0.37)
         if name == "spare":
-            line["advice"] = ["port closed for 2 h: no such port /dev/ttyUSB4; is the adapter plugged in?"]
+            line["advice"] = ["port closed for 2 h: no such port /dev/ttyUSB4; plug the adapter in, or correct port"]
         for number, (device, sample, wrong) in enumerate(devices):
             made = copy.deepcopy(sample_of(sample))
             made.update(name=device, address=str(number + 1), advice=[], trouble="")

@@ -43,12 +43,12 @@ constexpr Cut BadChecksum(std::size_t size = 1) {
 }
 
 constexpr Cut TooLong(std::size_t size = 1) {
-  return Cut::Discard(size, Outcome::corrupt, "longer than any frame");
+  return Cut::Discard(size, Outcome::corrupt, "the bytes are longer than any frame");
 }
 
 /// Drops a whole frame that another device has sent; the awaited frame can still follow.
 constexpr Cut OfAnother(std::size_t size) {
-  return Cut::Discard(size, Outcome::unexpected, "not from the device that was asked");
+  return Cut::Discard(size, Outcome::unexpected, "the reply is not from the device that was asked");
 }
 
 }  // namespace baudgate::protocols::cut

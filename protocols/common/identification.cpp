@@ -25,9 +25,9 @@ DeviceTrouble JudgeName(const config::Identity& identity, std::string_view says)
   if (own || spoken.empty() || identity.names.empty() || identity.ignore) return {};
   const std::string shown = Printable(ToBytes(Trim(says)));
   if (const auto other = identity.others.find(spoken); other != identity.others.end()) {
-    return {Reason::other_module, "the device does not match its profile: it reports the name '" +
-                                      shown + "'; set profile: " + other->second +
-                                      ", or correct the address"};
+    return {Reason::other_module,
+            "the device does not match its profile, because it reports the name '" + shown +
+                "'; set profile: " + other->second + ", or correct the address"};
   }
   return {Reason::none, "it reports the name '" + shown + "', which its profile does not list (" +
                             Listed(identity.names) +

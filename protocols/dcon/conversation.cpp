@@ -76,7 +76,9 @@ std::optional<Exchanged> ReplyReader::Read(View request, View frame) const {
   if (IsOfOwnMode(request, frame)) {
     DecodedReply late;
     late.outcome = Outcome::unexpected;
-    late.reason = "the reply has a checksum, but the request had none";
+    late.reason =
+        "the reply has a checksum, but the request had none; set checksum: true if the module's "
+        "checksum is on";
     return Exchanged{*command, std::move(late)};
   }
   if (places_.IsSetting(command->text)) {
@@ -140,8 +142,11 @@ Answer ReplyReader::Interpret(View request, View frame, bool polled) const {
   if (!exchanged) {
     Answer answer;
     answer.outcome = Outcome::corrupt;
-    answer.reason = "request '" + Printable(request) + "' is not a DCON request" +
-                    (settings_.checksum ? " with a good checksum; is checksum: true right?" : "");
+    answer.reason =
+        "request '" + Printable(request) + "' is not a DCON request" +
+        (settings_.checksum
+             ? " with a good checksum; set checksum: false if the module's checksum is off"
+             : "");
     return answer;
   }
   Answer answer = ReadingsOf(*exchanged);
@@ -247,11 +252,14 @@ std::optional<std::string> Sampling::WhyNot(bool first) {
   const auto before = std::exchange(fetched_, asked_);
   const bool overtaken = before && asked_ - *before > 1;
   overtaken_ = overtaken ? overtaken_ + 1 : 0;
-  if (!first) return "the module missed the last #**, so its sample is too old";
-  if (!before) return "the module's sample may be too old; the next sample is used";
+  if (!first)
+    return "the module missed the last sampling broadcast (#**), so its sample is too old";
+  if (!before)
+    return "the module's sample may be older than the last sampling broadcast (#**), so only the "
+           "next sample is used";
   if (overtaken)
-    return "#** was sent several times since the module last answered, and its reply does not show "
-           "which sample it contains";
+    return "the sampling broadcast (#**) was sent several times since the module last answered, so "
+           "its reply may contain an old sample";
   return std::nullopt;
 }
 
@@ -316,7 +324,9 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   const std::string command = CommandOf(task);
   if (const auto question = questions_.Before(command)) return requests_.Question(*question);
   if (!identification_.Allows(command)) {
-    return Error{trouble() ? trouble().text : "the module has not reported its checksum mode"};
+    return Error{trouble()
+                     ? trouble().text
+                     : "the module has not reported its checksum mode yet, so nothing was sent"};
   }
   if (task.kind != Task::Kind::write) return AskRead(command, now);
   const auto step = writes_.Next(task, now);
@@ -324,10 +334,9 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   Request request = requests_.Own(step->command);
   if (identification_.IsTakenCutShort(request.bytes)) {
     return Error{
-        "not sent: the module has not reported its checksum mode, and this command happens to end "
-        "in "
-        "a valid checksum, so the module might set another value; write another value, or set "
-        "identify: false if the checksum is off"};
+        "not sent: the module has not reported its checksum mode, and could take the end of this "
+        "command for a checksum; write another value, or set identify: false if its checksum is "
+        "off"};
   }
   request.prepares = step->prepares;
   return request;
@@ -395,7 +404,9 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
   const bool ends = task.kind == Task::Kind::write && answer.then != Then::ask_again;
   if (ends && request.prepares && answer.reason.empty()) {
     answer.reason =
-        trouble() ? trouble().text : "the module has been identified only now; try again";
+        trouble()
+            ? trouble().text
+            : "the write was not sent, because the module had to be identified first; write again";
   }
   return answer;
 }
@@ -562,8 +573,8 @@ void DconConversation::OnReconnect() {
 
 std::string DconConversation::WhatIsLearned() const {
   if (!sampling_.IsOvertaken()) return {};
-  return "its samples ($4) are overtaken by samples of other modules; set the same poll for all "
-         "modules that are sampled together";
+  return "new sampling broadcasts (#**) come before this module's samples ($4) are read; set the "
+         "same poll for all modules that are sampled together";
 }
 
 }  // namespace baudgate::protocols::dcon

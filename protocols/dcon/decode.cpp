@@ -38,20 +38,20 @@ DecodedReply DecodeRefusal(const Command& request, const Reply& reply, bool read
   const std::string who = HexByte(request.address);
   if (!reply.body.empty() && reply.body != who) {
     return Fail(Outcome::unexpected,
-                "refusal '?" + reply.body + "' is from another module than " + who);
+                "the refusal '?" + reply.body + "' is from another module than " + who);
   }
   if (read) {
     DecodedReply decoded =
-        Fail(Outcome::unsupported, "the module answers '?" + reply.body + "' to " + request.text +
-                                       ": the module does not know this command, or the channel "
-                                       "does not exist or is disabled");
+        Fail(Outcome::unsupported,
+             "the module answers '?" + reply.body + "' to " + request.text +
+                 ": the module does not have this command or channel, or the channel is disabled");
     decoded.remedy = "check that the profile and its channels fit the module";
     return decoded;
   }
   const std::string says = "the module answers '?" + reply.body + "' to " + request.text + ": ";
   if (!IsAnalogOutput(request.text)) {
     return Fail(Outcome::refused,
-                says + "the module does not know this command, or the value is invalid");
+                says + "the module does not have this command, or the value is not valid for it");
   }
   DecodedReply decoded =
       Fail(Outcome::refused, says +
@@ -66,10 +66,10 @@ DecodedReply DecodeWrite(const Command& request, const Reply& reply, const Setti
   const DecodedReply done;
   const std::string who = HexByte(ReplyAddress(request));
   if (reply.lead == '!' && reply.body.empty()) {
-    DecodedReply decoded =
-        Fail(Outcome::refused,
-             "the module ignored the write ('!'): its host watchdog has tripped and holds the "
-             "outputs at their safe values until ~AA1 is sent");
+    DecodedReply decoded = Fail(
+        Outcome::refused,
+        "the module ignored the write ('!'): its host watchdog has tripped and holds the outputs "
+        "at their safe values; reset the watchdog with the command ~AA1, then write again");
     decoded.ignored = true;
     return decoded;
   }
@@ -80,7 +80,7 @@ DecodedReply DecodeWrite(const Command& request, const Reply& reply, const Setti
   const bool output = request.text.front() == '#' || request.text.front() == '@';
   const bool lenient = settings.write_ack_address || request.text.starts_with("#C") || !output;
   if (reply.lead == '!' && lenient && reply.body.starts_with(who)) return done;
-  return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not confirm a write");
+  return Fail(Outcome::unexpected, "reply " + Shown(frame) + " is not the confirmation of a write");
 }
 
 /// Guesses the form of a reply from its characters, for a command that no point reads.
@@ -224,7 +224,7 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
   if (reply.ambiguous) {
     return Fail(Outcome::unexpected,
                 "the checksum fits at both ends of " + Shown(frame) +
-                    "; set counter_checksum to the end where this module puts it");
+                    "; set counter_checksum to front or end, as this module sends it");
   }
   if (!LeadFits(form, reply.lead)) {
     return Fail(Outcome::unexpected,
@@ -304,7 +304,7 @@ DecodedReply DecodeConfirmation(const Command& request, View frame, const Settin
   if (!reply) return Fail(Outcome::corrupt, "reply " + Shown(frame) + " is not a DCON frame");
   if (reply->lead == '?') return DecodeRefusal(request, *reply, false);
   if (reply->lead == '!' && reply->body == HexByte(request.address)) return {};
-  return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not confirm a write");
+  return Fail(Outcome::unexpected, "reply " + Shown(frame) + " is not the confirmation of a write");
 }
 
 Field Select(const DecodedReply& decoded, const ReadAddress& address) {
@@ -314,7 +314,7 @@ Field Select(const DecodedReply& decoded, const ReadAddress& address) {
       if (field.channel == address.index) return field;
     }
     return BadField({Quality::bad_configuration, Reason::not_fitted},
-                    "the module has no such channel");
+                    "the module has no such channel; correct the point");
   }
   if (decoded.fields.size() != 1)
     return BadField(Quality::bad, "the reply does not have exactly one value");
@@ -461,7 +461,7 @@ std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
   if (text.empty()) {
     if (read && !FitsPrinted("$6n", request.text)) return std::nullopt;
     if (request.text.front() == '#' || FitsPrinted("@*", request.text)) {
-      answer.reason = "confirmed by !" + who + " instead of >";
+      answer.reason = "the module confirms with !" + who + " instead of >";
     }
     return answer;
   }
@@ -560,7 +560,8 @@ std::optional<Answer> ReadLongStatus(const Command& request, const Reply& reply)
 Answer ReadAs(const Command& request, const DecodedReply& decoded, const Settings& settings,
               const Settings& other) {
   Answer answer;
-  if (other.data_address && !settings.data_address) answer.reason = "the reply carries the address";
+  if (other.data_address && !settings.data_address)
+    answer.reason = "the reply carries the address; set data_address: true";
   if (other.width != settings.width) {
     answer.reason += answer.reason.empty() ? "" : "; ";
     answer.reason += "its numbers do not have the usual " + std::to_string(settings.width) +

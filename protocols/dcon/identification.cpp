@@ -431,7 +431,8 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
     return ParseInteger<unsigned>(listed_type, 16) == unsigned{*type};
   });
   if (!settings_.types.empty() && !listed) {
-    return Complaint("type " + code + ", but the profile says " + Alternatives(settings_.types));
+    return Complaint("it has type " + code + ", but the profile says " +
+                     Alternatives(settings_.types));
   }
   // A module that was started with INIT* grounded answers at 00 without a checksum, whatever its
   // format byte is.
@@ -444,16 +445,17 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
     if (point.access == config::Access::write || !read || read->command == "$3") continue;
     if (read->command == kAskSample && IsAnalogOutput(*type)) {
       return Complaint(
-          "type " + code +
+          "it has type " + code +
           " is an analog output, and $AA4 would store its present output for power-up; remove the "
           "points that read $4");
     }
     if (IsNumber(read->form) && (*format & 3U) != static_cast<unsigned>(settings_.format)) {
-      return Complaint("data format '" + std::string(WordOf(*format)) + "', but the profile says " +
+      return Complaint("its data format is '" + std::string(WordOf(*format)) +
+                       "', but the profile says " +
                        std::string(WordOf(static_cast<unsigned>(settings_.format))));
     }
     if (!settings_.channel_types && !Measures(*type, *read, point.unit, settings_)) {
-      return Complaint("type " + code + " measures in " + WhatOf(*type) +
+      return Complaint("it has type " + code + " measures in " + WhatOf(*type) +
                        ", but the profile says " + (read->total ? "a total" : point.unit) +
                        " for " + point.name);
     }

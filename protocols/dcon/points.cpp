@@ -161,8 +161,8 @@ std::string NeedsWord(std::string_view command) {
            "\"$4 value\" or \"$4[b0] status\"";
   }
   if (command.starts_with("$7")) {
-    return "clears the overflow flag of a counter module; write for the flag, or for an analog "
-           "output: \"" +
+    return "clears the overflow flag of a counter module; for the flag, or for an analog output, "
+           "write \"" +
            own + "[b0] overflow\", \"" + own + " power_on\"";
   }
   return "resets the counter of a counter module; for an analog output write \"" + own +
@@ -244,9 +244,9 @@ Status CheckWriteType(const config::Point& point, const WriteAddress& write) {
   using Kind = WriteAddress::Kind;
   const bool action = write.kind == Kind::action;
   if (action && point.access != config::Access::write) {
-    return Error{
-        "write '" + point.write +
-        "' is an action without a state; write access: w, and read values by another point"};
+    return Error{"write '" + point.write +
+                 "' triggers an action and has no value to read; write access: w, and read the "
+                 "value with another point"};
   }
   const bool bit = write.kind == Kind::bit || write.kind == Kind::flag || action;
   if (bit != (point.type == config::Type::boolean)) {

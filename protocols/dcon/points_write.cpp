@@ -172,7 +172,8 @@ Result<WriteAddress> ParseWrite(std::string_view text) {
   }
   if (data.starts_with("hex")) {
     const auto digits = ParseInteger<unsigned>(data.substr(3));
-    if (!digits || *digits < 1 || *digits > 4) return WriteError(text, "takes hex1 to hex4");
+    if (!digits || *digits < 1 || *digits > 4)
+      return WriteError(text, "has a wrong number of digits; write hex1 to hex4");
     write.kind = WriteAddress::Kind::hex;
     write.digits = *digits;
     if (write.command != "@" && write.command.size() - 1 + write.digits < 3) {
@@ -186,7 +187,8 @@ Result<WriteAddress> ParseWrite(std::string_view text) {
   if (!ParsePicture(data.substr(0, blank), write) || !ParseRange(range, write)) {
     return WriteError(text, "has an unknown form of data" + std::string(kForms));
   }
-  if (write.command == "@") return WriteError(text, "takes hex digits, not a number");
+  if (write.command == "@")
+    return WriteError(text, "takes hex digits, not a number; write {hex1} to {hex4}");
   return write;
 }
 
@@ -224,7 +226,7 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
       }
       return write.command + FixedPoint(number, write);
   }
-  return Error{"the form of this write is not known"};
+  return Error{"the gateway has no form for this write; correct the key write"};
 }
 
 std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command) {

@@ -98,17 +98,16 @@ std::vector<ConfigRemark> DoubtsOf(const config::Device& device) {
   const auto address = ParseAddress(device.address);
   if (address && *address == 0) {
     doubts.push_back({kNoPoint,
-                      "0 is also used by every module that is started with INIT* grounded, which "
-                      "would answer instead; give this module another address, 1 to 255"});
+                      "address 0 is also the address of every module that starts with INIT* "
+                      "grounded; give this module another address, 1 to 255"});
   }
   const Settings settings = ReadSettings(device.options);
   if (settings.host_watchdog > Duration::zero() && device.poll > settings.host_watchdog) {
-    doubts.push_back(
-        {kNoPoint, device.address + " is polled every " + FormatDuration(device.poll) +
-                       ", but ~** is sent only with polls: unless another device of the line is "
-                       "polled more often than every " +
-                       FormatDuration(settings.host_watchdog) +
-                       " (host_watchdog), the watchdogs of modules may trip; poll more often"});
+    doubts.push_back({kNoPoint, device.address + " is polled every " + FormatDuration(device.poll) +
+                                    ", but ~** goes only with polls and is needed every " +
+                                    FormatDuration(settings.host_watchdog) +
+                                    " (host_watchdog), so watchdogs of modules may trip; poll a "
+                                    "device of this line more often"});
   }
   DoubtUnits(device, settings, doubts);
   return doubts;

@@ -294,15 +294,16 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
     const bool plain = checksum ? ChecksumFits(line, kChecksum) : line.size() <= kLongestRead;
     if (line == asked || !plain || !ParseInteger<int>(line.substr(1, 2), 16)) return std::nullopt;
     return Recognised{Recognised::What::other_master,
-                      "another master speaks on the line: it has sent '" + std::string(line) + "'",
+                      "another master sends on the line: it has sent '" + std::string(line) + "'",
                       "a serial line can have only one master; remove the other master"};
   }
   const bool fits = line.size() > 3 && ChecksumFits(line, kChecksum);
   if (fits && !checksum) return OtherChecksum(true);
   if (!fits && checksum && line.size() > 4 && ChecksumFits(line.substr(1), kChecksum)) {
-    return Recognised{Recognised::What::other_setting,
-                      "its checksum leaves out the '" + std::string(line.substr(0, 1)) + "'",
-                      "update its firmware, or set checksum: false here and in the module"};
+    return Recognised{
+        Recognised::What::other_setting,
+        "its checksum does not count the first character '" + std::string(line.substr(0, 1)) + "'",
+        "update its firmware, or set checksum: false here and in the module"};
   }
   if (!fits && checksum && IsBare(line, asked, settings.width)) return OtherChecksum(false);
   if (!settings.data_address && fits == checksum && CarriesAddress(line, asked)) {

@@ -98,29 +98,29 @@ bool IsOfManual(View request) {
 const char* RemedyOf(std::uint8_t exception, View request) {
   switch (exception) {
     case kIllegalFunction:
-      return "does the profile fit the device? The device does not know this function; read "
-             "another table";
+      return "check whether the profile fits the device: it has no such function; read another "
+             "table (input, holding)";
     case kIllegalAddress:
       if (IsOfManual(request)) {
         return "40001 in a manual is holding 0 here, and 30001 is input 0; correct the address";
       }
-      return "does the profile fit the device? The device does not have these registers; correct "
+      return "check whether the profile fits the device: it does not have these registers; correct "
              "or remove the points";
     case kIllegalValue:
-      return "does the profile fit the device? If it does, read fewer registers at once (option "
-             "block)";
+      return "check whether the profile fits the device; if it does, read fewer registers at once "
+             "(set block at the device)";
     case kAcknowledge:
     case kBusy:
       return "";
     case kNoPath:
-      return "check the unit number, and its route and port in that gateway";
+      return "check the unit number, and in the gateway before the device its route and port";
     case kNoTarget:
-      return "check the device's power, wiring and address behind that gateway";
+      return "check power, wiring and address of the device behind the gateway";
     case kDeviceFailure:
     case kParityError:
       return "the device has a fault; inspect, restart or replace it";
     default:
-      return "does the profile fit the device?";
+      return "check whether the profile fits the device";
   }
 }
 
@@ -247,12 +247,13 @@ ModbusConversation::Exchanged ModbusConversation::Judge(View request, View frame
                 "no device answers a broadcast, but this came: " + ToHex(frame));
   }
   if (asked->slave != got->slave) {
-    return fail(Outcome::unexpected, "reply of slave " + std::to_string(got->slave) + ", not " +
-                                         std::to_string(asked->slave));
+    return fail(Outcome::unexpected, "the reply is from slave " + std::to_string(got->slave) +
+                                         ", not " + std::to_string(asked->slave));
   }
   if (asked->transaction != got->transaction) {
-    return fail(Outcome::unexpected, "reply of transaction " + std::to_string(got->transaction) +
-                                         ", not " + std::to_string(asked->transaction));
+    return fail(Outcome::unexpected, "the reply is to transaction " +
+                                         std::to_string(got->transaction) + ", not " +
+                                         std::to_string(asked->transaction));
   }
   exchanged.request = std::move(asked->pdu);
   exchanged.reply = std::move(got->pdu);
@@ -317,7 +318,8 @@ Answer ModbusConversation::AfterWrite(Exchanged exchanged) {
       answer.reason.clear();
     }
     if (exchanged.request[0] == kMaskWrite && exchanged.exception == kIllegalFunction) {
-      answer.reason += "; for a device without mask write set bit_write: read_write";
+      answer.reason +=
+          "; set bit_write: read_write, because the device has no function 22 (mask write)";
     }
     return answer;
   }
@@ -377,7 +379,7 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged, Ins
     change = plan_.OnHeard(query, now);
   }
   if (change == PlanChange::split) {
-    answer.reason += "; this block is read in two parts";
+    answer.reason += "; the gateway now reads this block in two parts";
     answer.readings.clear();
   }
   if (change != PlanChange::nothing) answer.then = Then::replan;

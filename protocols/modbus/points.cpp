@@ -330,10 +330,11 @@ Result<Location> WriteLocation(const Point& point) {
   const std::string& text = own ? point.write : point.read;
   if (!place) return Error{"write " + place.error()};
   if (!IsWritable(place->table)) {
-    return Error{"write " + Wrong(text,
-                                  "is read-only in every device; only coil and holding can be "
-                                  "written; if the write address differs, add the key write")
-                                .message};
+    return Error{"write " +
+                 Wrong(text,
+                       "is read-only in every device, because only coil and holding can be "
+                       "written; if the point has another address for writing, add the key write")
+                     .message};
   }
   if (const Status status = CheckType(text, point, *place); !status) {
     return Error{"write " + status.error()};
@@ -346,13 +347,17 @@ Result<Location> WriteLocation(const Point& point) {
         "a second point without scale(...)"};
   }
   if (place->form == Form::int8 || place->form == Form::uint8) {
-    return Error{"one byte of a register cannot be written without the other"};
+    return Error{
+        "one byte of a register cannot be written alone; use a point for the whole register"};
   }
   if (place->form == Form::int24 || place->form == Form::uint24) {
-    return Error{"three bytes of two registers cannot be written without the fourth"};
+    return Error{
+        "three bytes of two registers cannot be written alone; use a point for both registers"};
   }
   if (place->count > kMostWrittenRegisters) {
-    return Error{"write " + Wrong(text, "is longer than one request can write").message};
+    return Error{
+        "write " +
+        Wrong(text, "is longer than one request can write; use several shorter points").message};
   }
   return place;
 }

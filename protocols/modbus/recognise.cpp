@@ -22,7 +22,7 @@ constexpr std::uint8_t kLastRead = 4;
 constexpr std::uint8_t kLastOfOneValue = 6;
 
 constexpr const char* kNoModbus =
-    "the device does not follow the Modbus standard; update its firmware";
+    "update the device's firmware, because it does not follow the Modbus standard";
 
 struct Seen {
   Adu adu;
@@ -145,10 +145,11 @@ std::optional<Recognised> SpoiledException(const Adu& asked, View heard, std::si
   if (!bare && heard.size() != kException + check) return std::nullopt;
   const Verdict verdict = CheckReply(asked.pdu, heard.subspan(1, kException - 1));
   if (heard[0] != asked.slave || verdict.outcome != Outcome::refused) return std::nullopt;
-  return Recognised{Recognised::What::other_setting,
-                    "it refuses (" + verdict.reason + "), " +
-                        (bare ? "without a check value" : "with a wrong check value"),
-                    "does the profile fit the device? If it does, update the device's firmware"};
+  return Recognised{
+      Recognised::What::other_setting,
+      "it refuses (" + verdict.reason + "), " +
+          (bare ? "without a check value" : "with a wrong check value"),
+      "check whether the profile fits the device; if it does, update the device's firmware"};
 }
 
 }  // namespace
@@ -157,9 +158,9 @@ std::optional<Recognised> SpoiledException(const Adu& asked, View heard, std::si
 /// function or count is wrong.
 std::optional<Recognised> OtherCheck(Framing framing, const Adu& asked, View heard) {
   const auto other = [](const char* cause) {
-    return Recognised{
-        Recognised::What::other_setting, cause,
-        "the device or a converter does not follow the Modbus standard; update its firmware"};
+    return Recognised{Recognised::What::other_setting, cause,
+                      "update the firmware of the device or converter, because one of them does "
+                      "not follow the Modbus standard"};
   };
   if (framing == Framing::rtu && heard.size() > kRtuOverhead) {
     if (EndsInCrc16(heard)) {
@@ -181,7 +182,8 @@ std::optional<Recognised> OtherCheck(Framing framing, const Adu& asked, View hea
   const bool bare = length.kind == PduLength::Kind::exact && length.size + 1 == bytes->size();
   if (bare) return other("its replies carry no check value");
   const View body = View(*bytes).first(bytes->size() - 1);
-  if (Sum8(body) == bytes->back()) return other("its check value is the sum, not its complement");
+  if (Sum8(body) == bytes->back())
+    return other("its check value is the plain sum of the bytes in place of the LRC");
   return std::nullopt;
 }
 
@@ -195,9 +197,9 @@ std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
   }
   if (seen->request) {
     return Recognised{Recognised::What::other_master,
-                      "another master speaks on the line: it has asked " + Slave(seen->adu.slave),
-                      "a serial line can have only one master; remove the other master, or let it "
-                      "ask through the gateway"};
+                      "another master sends on the line: it has asked " + Slave(seen->adu.slave),
+                      "a serial line can have only one master; remove the other master, or connect "
+                      "it to the gateway as a Modbus client"};
   }
   if (seen->adu.slave != asked->slave) {
     const std::string who = framing == Framing::tcp ? "unit " : "slave ";

@@ -289,13 +289,14 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   if (expect.shapes.empty()) return BySilence(held, expect.max_bytes, idle);
   if (!expect.address.empty() && held[0] != expect.address[0]) {
-    return AnotherReply(held, expect, true, "not from the device that was asked", idle);
+    return AnotherReply(held, expect, true, "the reply is not from the device that was asked",
+                        idle);
   }
   if (held.size() < 2) return cut::Wait(idle);
   const auto shape =
       std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
   if (shape == expect.shapes.end()) {
-    return AnotherReply(held, expect, false, "not a reply to the request", idle);
+    return AnotherReply(held, expect, false, "the bytes are not a reply to the request", idle);
   }
   std::size_t size = shape->max_length;
   if (shape->min_length != shape->max_length) {
@@ -304,7 +305,8 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
     if (length.kind == Kind::unknown) return BySilence(held, shape->max_length, idle);
     size = length.size + kRtuOverhead;
   } else if (HasByteCount(held[1]) && held.size() > 2 && held[2] != size - kRtuOverhead - 2) {
-    return AnotherReply(held, expect, false, "another byte count than requested", idle);
+    return AnotherReply(held, expect, false, "the reply has another byte count than requested",
+                        idle);
   }
   if (held.size() < size) return cut::Wait(idle);
   if (EndsInCrc16(held.first(size))) return Cut::Frame(size);
@@ -368,7 +370,7 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
   // the request has the same bytes, but the reply follows it, so the rule waits for silence.
   const bool whole_write = asked && IsMultipleWrite(adu->pdu[0]) && IsCommon(adu->pdu);
   if (whole_write && held.size() == line.size) return idle ? line : Cut::NeedMore();
-  return Cut::Discard(line.size, Outcome::partial, "not a reply to the request");
+  return Cut::Discard(line.size, Outcome::partial, "the bytes are not a reply to the request");
 }
 
 // The rules for Modbus TCP cut messages by the length in their header.
@@ -399,7 +401,7 @@ Cut NoHeader(View held, const Expectation& expect, bool idle) {
   if (held.size() < kHeader) return cut::Wait(idle, held.size());
   if (!idle && held.size() < expect.max_bytes) return Cut::NeedMore();
   return Cut::Discard(std::min(held.size(), expect.max_bytes), Outcome::corrupt,
-                      "not the header of a Modbus TCP message");
+                      "the bytes are not the header of a Modbus TCP message");
 }
 
 /// Returns the size of the reply at the front of `held`. `told`: the size according to its header.
@@ -436,7 +438,7 @@ Cut TcpReplyRule(View held, const Expectation& expect, bool idle) {
   if (message.kind != Cut::Kind::frame || expect.shapes.empty()) return message;
   const std::uint16_t transaction = ByteReader(held).U16Be(0).value_or(0);
   if (transaction != TransactionOf(expect.shapes.front().tag)) {
-    return Cut::Discard(message.size, Outcome::unexpected, "the reply to another transaction");
+    return Cut::Discard(message.size, Outcome::unexpected, "the reply is to another transaction");
   }
   if (!expect.address.empty() && held[kHeader] != expect.address[0]) {
     return cut::OfAnother(message.size);

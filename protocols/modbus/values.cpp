@@ -311,7 +311,7 @@ Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
 }
 
 Result<Registers> Encode(const Location& place, const Value& value, const Settings& settings) {
-  if (!HasValue(value)) return Error{"there is no value"};
+  if (!HasValue(value)) return Error{"the device sent no value"};
   if (place.form == Form::string) {
     auto registers = EncodeString(place, value);
     return registers ? Result(Reorder(*registers, OrderOf(place, settings))) : registers;

@@ -144,10 +144,10 @@ Status Writing::OnRead(std::uint16_t value) {
   if (!seen_.empty() && seen_.back() != value) {
     const std::string was = HexWord(seen_.back());
     Forget();
-    return Error{
-        "holding " + std::to_string(bits_.address) + " changed from " + was + " to " +
-        HexWord(value) +
-        " between two reads, so a write could overwrite its other bits; nothing was written"};
+    return Error{"holding " + std::to_string(bits_.address) + " changed from " + was + " to " +
+                 HexWord(value) +
+                 " between two reads, so a write could overwrite its other bits; nothing was "
+                 "written, so write again"};
   }
   seen_.push_back(value);
   return {};

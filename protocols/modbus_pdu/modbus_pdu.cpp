@@ -91,19 +91,21 @@ Verdict CheckRepeated(View request, View reply) {
       return Unexpected("the reply confirms another address or count: " + ToHex(reply));
     case kDiagnostics:
       if (!RepeatsBegin(request, reply, 3)) {
-        return Unexpected("the reply is to another diagnosis: " + ToHex(reply));
+        return Unexpected("the reply is to another diagnostic request (function 08): " +
+                          ToHex(reply));
       }
       if (!IsMirrored(request) || std::ranges::equal(reply, request)) return {};
-      return Unexpected("the loopback came back changed: " + ToHex(reply));
+      return Unexpected("the data of the loopback (function 08) came back changed: " +
+                        ToHex(reply));
     case kEncapsulated:
       if (RepeatsBegin(request, reply, 2)) return {};
-      return Unexpected("the reply is of another kind: " + ToHex(reply));
+      return Unexpected("the reply is to another kind of function 2B request: " + ToHex(reply));
     case kReadFile:
       if (IsOneRecord(request, reply)) return {};
       return Unexpected("the reply is not the requested record of a file: " + ToHex(reply));
     case kReadQueue:
       if (IsQueue(reply)) return {};
-      return Unexpected("the reply is not a queue: " + ToHex(reply));
+      return Unexpected("the reply has not the form of a FIFO queue: " + ToHex(reply));
     default:
       return {};
   }
@@ -349,13 +351,14 @@ bool MayChangeSlave(View request) {
 }
 
 Verdict CheckReply(View request, View reply) {
-  if (request.empty() || reply.empty()) return Unexpected("there is no function code");
+  if (request.empty() || reply.empty()) return Unexpected("the message has no function code");
   if (reply[0] == (request[0] | kExceptionBit) && request[0] < kExceptionBit) {
-    if (reply.size() != 2) return Unexpected("an exception of the wrong length: " + ToHex(reply));
+    if (reply.size() != 2) return Unexpected("the exception has the wrong length: " + ToHex(reply));
     return {Outcome::refused, ExceptionText(reply[1]), reply[1]};
   }
   if (reply[0] != request[0]) {
-    return Unexpected("reply of function " + HexByte(reply[0]) + ", not " + HexByte(request[0]));
+    return Unexpected("the reply has function " + HexByte(reply[0]) + ", not " +
+                      HexByte(request[0]));
   }
   const auto awaited = AwaitedLength(request);
   if (awaited && reply.size() != *awaited) {
@@ -374,12 +377,12 @@ std::string ExceptionText(std::uint8_t code) {
                                          "illegal data address",
                                          "illegal data value",
                                          "device failure",
-                                         "acknowledged, still at work",
+                                         "request accepted, but not completed yet",
                                          "device busy",
                                          "negative acknowledge",
                                          "memory parity error",
                                          "",
-                                         "a gateway on the way has no path to the device",
+                                         "the gateway before the device has no path to it",
                                          "the device behind a gateway does not answer"};
   std::string text = "exception " + HexByte(code);
   if (code < std::size(kTexts) && !kTexts[code].empty()) {

@@ -28,7 +28,7 @@ Result<std::string> DecodeInformation(View answer) {
     if (line.starts_with('>')) line.remove_prefix(1);
     line = Trim(line);
     if (line.empty() || line == "i") continue;
-    if (line.front() == '-') return Error{"a damaged tag in the answer"};
+    if (line.front() == '-') return Error{"the answer contains a damaged tag"};
     lines.append(lines.empty() ? "" : " ").append(line);
   }
   if (lines.empty()) return Error{"an empty answer"};

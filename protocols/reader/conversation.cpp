@@ -118,8 +118,7 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
             "set the indicator to send the sign in front of the number"};
   }
   if (numbers == 2 && HasDecimalComma(text)) {
-    return {"a comma comes where a point is awaited in " + quoted,
-            "set the indicator to a decimal point"};
+    return {"the number has a decimal comma in " + quoted, "set the indicator to a decimal point"};
   }
   if (numbers > 1) {
     return {std::to_string(numbers) + " numbers in " + quoted,

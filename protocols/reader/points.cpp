@@ -93,17 +93,19 @@ Status CheckDevice(const config::Device& device) {
     const std::size_t length = settings.form == Form::tag ? kTagDigits : settings.length;
     if (whole && length > point.text_length) {
       return Error{its + "type: string(" + std::to_string(length) +
-                   "), because a text that is longer than the point is never good"};
+                   "), because a longer text never gives a good value"};
     }
   }
   for (const config::Record& record : device.records) {
     if (!settings.asks)
-      return Error{"record '" + record.name + "' is read, which needs commands: ask"};
+      return Error{"record '" + record.name +
+                   "' needs commands: ask, because the gateway must ask the reader for it"};
     for (const std::uint32_t index : record.points) {
       const auto item = ParseItem(device.points[index]);
       if (!item || item->of_message()) continue;
-      return Error{"record '" + record.name + "': '" + device.points[index].read +
-                   "' cannot be read anew; use present, repeats, message or number"};
+      return Error{
+          "record '" + record.name + "': '" + device.points[index].read +
+          "' cannot be read again after an event; use present, repeats, message or number"};
     }
   }
   return {};

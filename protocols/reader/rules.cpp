@@ -117,7 +117,8 @@ Cut Checked(View frame, const Settings& form) {
   const bool right = text.size() <= form.most && around <= kMostAround &&
                      (form.length == 0 || text.size() == form.length);
   return right ? Cut::Frame(frame.size())
-               : Cut::Discard(frame.size(), Outcome::corrupt, "not as long as a text should be");
+               : Cut::Discard(frame.size(), Outcome::corrupt,
+                              "the text does not have the configured length");
 }
 
 std::size_t Find(View held, std::uint8_t wanted, std::size_t from) {
@@ -261,7 +262,7 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
   }
   if (settings.end && std::ranges::all_of(heard, IsShown)) {
     if (IsUnusual(heard)) {
-      return Other("bytes come that are not a message" + said,
+      return Other("the received bytes are not a message" + said,
                    "check bit rate, parity and data bits at the line and at the reader");
     }
     return Other(
@@ -270,7 +271,8 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
   }
   if (settings.end && !has(*settings.end)) {
     const std::uint8_t last = heard.back();
-    const std::string end = IsShown(last) ? "end to what it sends" : "end: " + Code(last);
+    const std::string end =
+        IsShown(last) ? "end to the last character that it sends" : "end: " + Code(last);
     const bool framed = !settings.start && !IsShown(heard.front());
     return Other("its messages do not end with " + Code(*settings.end) + said,
                  "set " + (framed ? "start: " + Code(heard.front()) + ", " : std::string()) + end);
@@ -281,7 +283,7 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
     return Recognised{nearly ? Recognised::What::too_short : Recognised::What::other_setting,
                       "its messages have " + std::to_string(size) + " characters" + said +
                           ", but length is " + std::to_string(settings.length),
-                      "set length to the number that it sends"};
+                      "set length to the number of characters that it sends"};
   }
   if (size <= settings.most) return std::nullopt;
   return Other(

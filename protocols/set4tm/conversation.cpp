@@ -35,8 +35,9 @@ Request MeterRequests::Make(RequestKind kind, View pdu) {
 
 Result<Request> MeterRequests::Next(const Task& task, Instant now) {
   const bool writes = task.kind == Task::Kind::write;
-  const auto correction =
-      writes ? CorrectionOf(task, now) : Result<Bytes>(Error{"there is nothing to write"});
+  const auto correction = writes
+                              ? CorrectionOf(task, now)
+                              : Result<Bytes>(Error{"the write has no value, so nothing was sent"});
   if (writes && !correction) return Error{correction.error()};
   if (task.kind == Task::Kind::probe && !parts_.session.has_answered() &&
       ++probes_ % kOtherModeEvery == 0) {
@@ -464,9 +465,9 @@ config::Timing MeterConversation::LeastTimes(Duration character) const {
 std::string MeterConversation::WhatIsLearned() const {
   const unsigned multiplier = parts_.identification.multiplier();
   return Listed({parts_.reads.Learned(), parts_.archive.Learned(), parts_.latched.Learned(),
-                 multiplier > 1
-                     ? "timeouts multiplied by its multiplier " + std::to_string(multiplier)
-                     : ""});
+                 multiplier > 1 ? "timeouts are multiplied by the meter's multiplier " +
+                                      std::to_string(multiplier)
+                                : ""});
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -122,14 +122,14 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
     if (shape.tag == form) longest = std::max(longest, shape.max_length);
   }
   if (longest == 0)
-    return Cut::Discard(1, Outcome::corrupt, "a reply of this form is not expected");
+    return Cut::Discard(1, Outcome::corrupt, "the request has no reply of this form");
   const bool another = IsFromAnother(held, expect);
   const auto whole = [another](std::size_t size) {
     return another ? cut::OfAnother(size) : Cut::Frame(size);
   };
   if (held.size() >= longest && EndsInChecksum(held.first(longest), checksum)) {
     if (!IsStatusAndZeros(held.first(longest), checksum)) return whole(longest);
-    return Cut::Discard(1, Outcome::corrupt, "status and zeros cannot be told from data");
+    return Cut::Discard(1, Outcome::corrupt, "the bytes can be data, or a status and zeros");
   }
   if (another && held.size() >= longest) return cut::BadChecksum();
   if (!idle) return Cut::NeedMore();
@@ -275,7 +275,7 @@ std::optional<Recognised> FindRequest(View request, View heard, Checksum checksu
     if (held.size() < size || !EndsInChecksum(held.first(size), checksum)) continue;
     if (std::ranges::equal(held.first(size), request)) continue;
     return Recognised{Recognised::What::other_master,
-                      "another master speaks on the line: it has asked " + Meter(held.first(head)),
+                      "another master sends on the line: it has asked " + Meter(held.first(head)),
                       "a serial line can have only one master; remove the other master"};
   }
   return std::nullopt;
@@ -308,9 +308,9 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
     std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
     const auto reply = SplitFrame(swapped, checksum);
     if (reply && std::ranges::equal(reply->address, asked->address)) {
-      return Recognised{
-          Recognised::What::other_setting, "its CRC has the high byte first",
-          "the meter or a converter in between does not follow the protocol; check both"};
+      return Recognised{Recognised::What::other_setting, "its CRC has the high byte first",
+                        "check the meter and any converter before it, because one of them does not "
+                        "follow the protocol"};
     }
   }
   const auto other = SplitFrame(heard, Other(checksum));

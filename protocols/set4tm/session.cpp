@@ -212,9 +212,8 @@ Answer MeterSession::TakeNoSerial(Answer answer) {
 }
 
 std::string MeterSession::RefusedText() const {
-  return std::string("the meter refuses the password; set `password`; ") +
-         (memory_.given_up() ? "the password is tried again only after 'baudgate enable'"
-                             : "the password is tried again in 1 h");
+  return std::string("the meter refuses the password; correct `password`, which is ") +
+         (memory_.given_up() ? "tried again only after 'baudgate enable'" : "tried again in 1 h");
 }
 
 Answer MeterSession::TakePasswordRefused(Answer answer, Instant now) {

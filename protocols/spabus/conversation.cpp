@@ -162,11 +162,11 @@ std::string ItemReads::Learned() const {
   std::string text;
   const auto say = [&text](const std::string& what) { text += (text.empty() ? "" : "; ") + what; };
   if (limits_.items < settings_.max_items) {
-    say("at most " + Plural(limits_.items, "item") + " in one request");
+    say("it accepts at most " + Plural(limits_.items, "item") + " in one request");
   }
-  if (!limits_.channels) say("one channel in one request");
-  if (limits_.written < settings_.write_items) say("one value in one write");
-  if (channels_work_) say("several channels in one request");
+  if (!limits_.channels) say("it accepts only one channel in one request");
+  if (limits_.written < settings_.write_items) say("it accepts only one value in one write");
+  if (channels_work_) say("it accepts several channels in one request");
   return text;
 }
 
@@ -373,9 +373,9 @@ class SpaConversation final : public Conversation {
       text += (text.empty() ? "" : "; ") + what;
     };
     if (const std::string reads = reads_.Learned(); !reads.empty()) say(reads);
-    if (sends_wildcard_) say("XX instead of its checksums");
+    if (sends_wildcard_) say("it sends XX instead of checksums");
     if (const char reading = checksum_.letter()) {
-      say(std::string("continued replies with checksum ") + reading);
+      say(std::string("the checksum of its replies in several lines has form ") + reading);
     }
     return text;
   }

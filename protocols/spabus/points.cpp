@@ -308,8 +308,9 @@ Result<std::string> EncodeNumber(double number, const config::Point& point) {
     return Error{FormatNumber(number) + ", rounded to the " + std::to_string(decimals) +
                  " decimals of '" + point.name + "', is " + text + ": " + why};
   };
-  if (text == "0" && number != 0) return rounded("too small to be written");
-  if (!IsAllowed(text, point)) return rounded("outside the range that may be written");
+  if (text == "0" && number != 0) return rounded("the number is too small to be written");
+  if (!IsAllowed(text, point))
+    return rounded("the number is outside the range that may be written");
   return text;
 }
 

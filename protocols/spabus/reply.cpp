@@ -15,14 +15,15 @@ namespace {
 // codes; the reactions are chosen by this project (protocols/spabus/README.md).
 constexpr NackRule kRules[] = {
     {Outcome::corrupt,
-     "the device saw a checksum or parity error; check wiring, termination and bit rate",
+     "the device found a checksum or parity error in the request; check wiring, termination and "
+     "bit rate",
      "requests reach the device damaged; check wiring and termination",
      {},
      false,
      false,
      false},
     {Outcome::busy, "the device is busy; the request is repeated", "", 1s, false, false, false},
-    {Outcome::busy, "the input buffer of the device is full; a lower max_items or bit rate helps",
+    {Outcome::busy, "the input buffer of the device is full; lower max_items or the bit rate",
      "restart the device, or set a lower bit rate", 200ms, false, false, false},
     {Outcome::unsupported,
      "the request is too complicated for the device; the next requests have fewer items",
@@ -30,19 +31,19 @@ constexpr NackRule kRules[] = {
      {},
      true,
      true},
-    {Outcome::refused, "a code of higher network levels; check the gateway in between",
-     "check the gateway in between"},
+    {Outcome::refused, "the gateway before the device reports an error; check this gateway",
+     "check the gateway before the device"},
     {Outcome::unsupported,
-     "the device does not understand the address; check category and number in the profile",
-     "does the profile fit the device? The device does not have these items; correct or remove the "
-     "points",
+     "the device has no item with this address; check category and number in the profile",
+     "check whether the profile fits the device: it does not have these items; correct or remove "
+     "the points",
      {},
      true,
      true},
     {Outcome::unsupported,
      "the device does not have this item; check the profile against its manual",
-     "does the profile fit the device? The device does not have these items; correct or remove the "
-     "points",
+     "check whether the profile fits the device: it does not have these items; correct or remove "
+     "the points",
      {},
      true,
      true},
@@ -56,7 +57,7 @@ constexpr NackRule kRules[] = {
      "check the setting range of the device"},
     {Outcome::refused, "the device reports an error of another kind", "check the device"},
 };
-constexpr NackRule kUnknown{Outcome::refused, "the meaning of this code is not known",
+constexpr NackRule kUnknown{Outcome::refused, "the code is not in the SPA table of error codes",
                             "look the code up in the manual of the device"};
 
 }  // namespace
@@ -247,9 +248,9 @@ void ContinuationChecksum::Forget() {
 
 namespace {
 
-constexpr const char* kOtherForm = "does the profile fit the device, item by item?";
+constexpr const char* kOtherForm = "check whether the profile fits the device, item by item";
 constexpr const char* kFewer =
-    "set max_items: 1 in the configuration; does the profile fit the device?";
+    "set max_items: 1 in the configuration, and check whether the profile fits the device";
 
 /// The end of a request that is sent with `send_xx`, without a checksum.
 constexpr std::string_view kUnchecked = "XX\r";
@@ -392,11 +393,12 @@ Exchange Decode(View request, View frame, std::span<const ReadPoint> points) {
                                   : Unexpected("a NACK without a code");
     if (reply->nack == 0 && AsText(request).ends_with(kUnchecked)) {
       exchange.answer.remedy =
-          "the device may need a checksum; set send_xx: false in the configuration";
+          "set send_xx: false in the configuration, because the device may need a checksum";
     }
   } else if ((reply->type == 'A') != command.write) {
-    exchange.answer = Unexpected(command.write ? "data came as the reply to a write"
-                                               : "an acknowledge came as the reply to a read");
+    exchange.answer =
+        Unexpected(command.write ? "the device sent data as the reply to a write"
+                                 : "the device sent an acknowledge as the reply to a read");
   } else if (!command.write) {
     exchange.answer = DecodeData(command, *reply, points);
     exchange.data = reply->data;

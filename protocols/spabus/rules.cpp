@@ -100,17 +100,18 @@ Scan ScanText(View held, bool may_continue) {
     if (byte == kCr) {
       if (!after_ampersand) return {Scan::State::whole, i + 1, {}};
       if (i + 1 == held.size()) return {};
-      if (held[i + 1] != kLf) return {Scan::State::broken, i + 1, "no LF after & CR"};
+      if (held[i + 1] != kLf)
+        return {Scan::State::broken, i + 1, "the line feed is missing after & CR"};
       if (++lines > kMaxLines) return {Scan::State::broken, i + 1, "more than 16 lines"};
       line_start = ++i + 1;
     } else if (byte == '<' || byte == '>') {
-      return {Scan::State::broken, i, "cut short by another message"};
+      return {Scan::State::broken, i, "another message cut this message short"};
     } else if (!IsPrintable(byte)) {
-      return {Scan::State::broken, i, "a character that is not allowed on the bus"};
+      return {Scan::State::broken, i, "the message has a character that is not allowed on the bus"};
     } else if (after_ampersand) {
       return {Scan::State::broken, i, "& inside a line"};
     } else if (i - line_start >= kLongestLine) {
-      return {Scan::State::broken, i, "line of more than 256 characters"};
+      return {Scan::State::broken, i, "the message has a line of more than 256 characters"};
     }
   }
   return {};
@@ -257,7 +258,7 @@ std::optional<Recognised> OtherForm(View message) {
   return Recognised{Recognised::What::other_reply,
                     "its replies have a correct check value, but another form ('" +
                         std::string(Trim(AsText(message))) + "')",
-                    "the device or its firmware does not follow the SPA protocol"};
+                    "update the device's firmware, because it does not follow the SPA protocol"};
 }
 
 /// Recognises a reply of the requested slave that would be right if an option were set differently.
@@ -272,14 +273,15 @@ std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   }
   const bool counts = settings.line_feed_in_checksum;
   if (reply && MatchingReadings(message, !counts) != 0 && MatchingReadings(message, counts) == 0) {
-    return counts ? other("its checksums do not count the line feed in front",
+    return counts ? other("its checksums do not count the line feed before '<'",
                           "set lf_in_checksum: false in the configuration")
-                  : other("its checksums count the line feed in front",
+                  : other("its checksums count the line feed before '<'",
                           "set lf_in_checksum: true in the configuration");
   }
   if (message.size() > kShortest && message[message.size() - 2] == ':') {
     return other("its replies carry no checksum",
-                 "the device or a converter in between does not follow the SPA protocol");
+                 "check the device and any converter before it, because one of them does not "
+                 "follow the SPA protocol");
   }
   return std::nullopt;
 }
@@ -308,7 +310,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
       if (!other.intact || !other.slave || !other.command || std::ranges::equal(message, request))
         continue;
       return Recognised{Recognised::What::other_master,
-                        "another master speaks on the line: it has asked " + Slave(*other.slave),
+                        "another master sends on the line: it has asked " + Slave(*other.slave),
                         "an SPA bus can have only one master; remove the other master"};
     }
     const auto reply = ParseReply(message);
@@ -319,7 +321,8 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
     }
     if (asked && IsNameless(message, name)) {
       return Recognised{Recognised::What::other_setting, "its replies carry no slave number",
-                        "the device or a converter in between does not follow the SPA protocol"};
+                        "check the device and any converter before it, because one of them does "
+                        "not follow the SPA protocol"};
     }
     if (!reply || !asked || reply->slave == *asked || MatchingReadings(message, false) == 0)
       continue;

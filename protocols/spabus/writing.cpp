@@ -207,7 +207,7 @@ Answer WriteSession::Written(Answer answer, std::optional<int> nack) const {
     answer.reason =
         "several values were written together, and it is not known which of them the device took "
         "(" +
-        answer.reason + ")";
+        answer.reason + "); set write_items: 1 to write one value at a time";
   } else if (*nack == kOtherError || (*nack == kNotNow && password_ != 0)) {
     answer.outcome = Outcome::busy;
   }
@@ -221,7 +221,7 @@ Answer WriteSession::Closed(Answer answer) {
     answer.then = Then::ask_again;
     return answer;
   }
-  return Finish("the password may still be open: " + answer.reason);
+  return Finish("the password may still be open, so close it at the device: " + answer.reason);
 }
 
 Answer WriteSession::Finish(const std::string& warning) {
@@ -250,11 +250,11 @@ Then WriteSession::OnFailure(Outcome outcome, bool closes) {
   result_ = {};
   result_.outcome = outcome;
   if (outcome == Outcome::busy) {
-    result_.reason = "the write was not sent";
+    result_.reason = "the write was not sent, because the device is busy";
   } else {
     result_.reason = step_ == Step::open
-                         ? "no answer to the password; nothing was written"
-                         : "no answer to the write; the device may have carried it out";
+                         ? "the device did not answer the password; nothing was written"
+                         : "the device did not answer the write; it may have carried the write out";
   }
   step_ = Step::close;
   return Then::ask_again;

@@ -125,7 +125,7 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
     }
     if (!used) {
       problems.Error(field.value.mark(), "codes: " + Quoted(field.key) +
-                                             " is not a field of the answer;" +
+                                             " is not a field of the answer ('receive');" +
                                              HintOf(field.key, names));
     }
   }
@@ -149,7 +149,8 @@ void CheckTelegram(const MapReader& map, const Telegram& telegram) {
             "a telegram that the device sends by itself cannot have 'send'; remove one of the two "
             "keys");
     if (telegram.receive.empty() && !map.Has("receive")) {
-      error("listen", "describe the incoming telegram in 'receive'");
+      error("listen",
+            "a telegram that the device sends by itself needs 'receive'; describe its bytes there");
     }
     if (map.Has("refused"))
       error("refused",
@@ -166,7 +167,8 @@ void CheckTelegram(const MapReader& map, const Telegram& telegram) {
   }
   if (telegram.once && !telegram.reads)
     error("once",
-          "needs 'reads: yes', because only a telegram before other telegrams is sent once");
+          "needs 'reads: yes', because 'once' is for telegrams that are sent before reading "
+          "telegrams");
 }
 
 class Compiler {
@@ -274,11 +276,12 @@ class Compiler {
     telegram.identity = *field;
     if (telegram.FindField(*field) == nullptr) {
       problems_.Error(map.MarkOf("identity"), "identity: " + Quoted(*field) +
-                                                  " is not a field of the answer;" +
+                                                  " is not a field of the answer ('receive');" +
                                                   HintOf(*field, FieldNames(telegram)));
     } else if (!telegram.reads) {
-      problems_.Error(map.MarkOf("identity"),
-                      "identity: needs 'reads: yes', because the gateway requests it");
+      problems_.Error(
+          map.MarkOf("identity"),
+          "identity: needs 'reads: yes', because the gateway asks for the name with this telegram");
     }
   }
 
@@ -296,9 +299,10 @@ class Compiler {
     // The exchange can have one telegram more, the question for the device's name.
     constexpr std::size_t kMost = kMostSteps - 1;
     if (telegram.before.size() + telegram.behind.size() + 1 > kMost) {
-      problems_.Error(telegram.mark, "telegram '" + telegram.name + "': at most " +
-                                         std::to_string(kMost) +
-                                         " telegrams are possible in one exchange");
+      problems_.Error(
+          telegram.mark,
+          "telegram '" + telegram.name + "': at most " + std::to_string(kMost) +
+              " telegrams are possible in one exchange; remove some from 'before' or 'behind'");
     }
   }
 
@@ -315,15 +319,19 @@ class Compiler {
                    " telegrams: " + Join(names));
     }
     const Telegram& other = description_->telegrams[*found];
-    if (*found == index) return error("a telegram cannot be sent before or after itself");
-    if (!other.send) return error("'" + name + "' has 'listen: yes', so it is never sent");
+    if (*found == index)
+      return error("a telegram cannot be sent before or after itself; name another telegram");
+    if (!other.send)
+      return error("'" + name + "' has 'listen: yes', so it is never sent; name another telegram");
     if (other.value_field() != nullptr) {
-      return error("'" + name + "' writes a value, but no value is known here");
+      return error("'" + name +
+                   "' needs a value to write, which 'before' and 'behind' cannot give; name "
+                   "another telegram");
     }
     if (description_->telegrams[index].reads && !other.reads) {
       return error("'" + name +
-                   "' would be sent with every poll; add 'reads: yes' to it if it changes nothing "
-                   "in the device");
+                   "' would be sent with every poll, although it may change the device; add "
+                   "'reads: yes' to it if it only reads");
     }
     numbers.push_back(*found);
   }
@@ -371,11 +379,11 @@ std::string Misfit(const Form& form, View bytes, const Match& match) {
       at += match.parts[i].size();
     }
     const auto sum = form.checksum.Of(bytes.first(std::min(at, bytes.size())));
-    if (!sum) return "the example is too short for its checksum";
+    if (!sum) return "the example is too short for its checksum; add the missing bytes";
     const auto field =
         EncodeField(form.pattern.Find(kChecksum)->format, static_cast<std::int64_t>(*sum));
     const bool binary = form.pattern.Find(kChecksum)->format.is_binary();
-    return "the checksum is wrong; by '" + std::string(form.checksum.kind->name) + "' it is " +
+    return "the checksum is wrong; by '" + std::string(form.checksum.kind->name) + "' it must be " +
            (!field   ? std::to_string(*sum)
             : binary ? "hex " + ToHex(*field)
                      : "'" + Printable(*field) + "'");
@@ -384,7 +392,7 @@ std::string Misfit(const Form& form, View bytes, const Match& match) {
   for (const View part : match.parts) at += part.size();
   if (match.parts.size() == form.pattern.elements.size()) {
     return "the example continues after byte " + std::to_string(at) +
-           ", but the pattern ends there";
+           ", but the pattern ends there; correct the example or the pattern";
   }
   return "the example does not fit from byte " + std::to_string(at + 1) + " on, at " +
          NameOf(form.pattern.elements[match.parts.size()]);
@@ -452,7 +460,8 @@ class ExampleCheck {
     }
     const auto built = Build(*telegram_.send, known_);
     if (!built || *built != *bytes) {
-      Error("send", built ? "the pattern makes '" + Printable(*built) + "' from these values"
+      Error("send", built ? "the pattern makes '" + Printable(*built) +
+                                "' from these values, not these bytes"
                           : built.error());
       return false;
     }
@@ -498,7 +507,8 @@ class ExampleCheck {
       furthest = std::move(match);
     }
     if (furthest.kind == Match::Kind::whole) {
-      return "the answer repeats other values than were sent, or the address of another device";
+      return "the answer repeats other values than 'send' has, or has the address of another "
+             "device";
     }
     return Misfit(*best, bytes, furthest);
   }
@@ -508,7 +518,7 @@ class ExampleCheck {
     if (!wanted) return false;
     const auto found = reply.fields.find(name);
     if (found == reply.fields.end()) {
-      Error(name, "this answer has no field '" + name + "'");
+      Error(name, "the pattern of this answer has no field '" + name + "'");
       return false;
     }
     const SaidField& field = found->second;
@@ -519,7 +529,7 @@ class ExampleCheck {
     const bool by_value = IsGood(field.decoded.quality) && !IsBad(quality) &&
                           SameValue(Value(*wanted), field.decoded.value);
     if (by_word || by_value) return true;
-    Error(name, "the answer says " +
+    Error(name, "the answer contains " +
                     (IsGood(quality) ? ToText(field.decoded.value) : baudgate::Name(quality)) +
                     ", not " + *wanted);
     return false;
@@ -576,9 +586,11 @@ void CheckExamples(const std::vector<YamlNode>& examples, Description& descripti
     const Bytes& sent = telegram.examples.back().send;
     const auto meant = sent.empty() ? std::nullopt : description.Recognise(sent);
     if (meant && meant->telegram != index) {
-      problems.Error(node.mark(), "telegram '" + telegram.name + "' looks like '" +
-                                      description.telegrams[meant->telegram].name +
-                                      "', so it is not clear which of the two was sent");
+      problems.Error(
+          node.mark(),
+          "telegram '" + telegram.name + "' looks like '" +
+              description.telegrams[meant->telegram].name +
+              "', so the gateway cannot tell which of the two was sent; give them different bytes");
     }
   }
   TakeSides(telegram);

@@ -182,7 +182,7 @@ std::string Listening::Missing() const {
     if (awaited.came) continue;
     const std::string word = WordOf(description_.telegrams[awaited.telegram]);
     if (!awaited.said.empty()) {
-      return word + " comes with another unit than expected (" + awaited.said +
+      return word + " comes with another unit than configured (" + awaited.said +
              "); set parameters: { " + awaited.said + " }";
     }
     missing.push_back(word);
@@ -309,7 +309,8 @@ Status TelegramConversation::Begin(const Task& task, Instant now) {
   for (const auto& [name, text] : call.parameters) filled_.insert_or_assign(name, text);
   const auto telegram = settings_.description->Find(call.telegram);
   if (!telegram || !TelegramOf(*telegram).send) {
-    return Error{"'" + call.telegram + "' is not a telegram that can be sent"};
+    return Error{"'" + call.telegram +
+                 "' is not a telegram that can be sent; name a telegram with 'send'"};
   }
   const bool is_false = task.kind == Task::Kind::write &&
                         TelegramOf(*telegram).value_field() == nullptr && ToDouble(task.value) != 1;
@@ -366,7 +367,7 @@ Result<Bytes> TelegramConversation::BytesOf(std::size_t telegram) const {
   if (sent && sent->telegram == telegram) return bytes;
   return Error{"'" + TelegramOf(telegram).name + "' with these values " +
                (sent ? "is the telegram '" + TelegramOf(sent->telegram).name + "'"
-                     : "does not fit its description")};
+                     : "does not fit its pattern in 'send'")};
 }
 
 Result<Request> TelegramConversation::AskStep() {

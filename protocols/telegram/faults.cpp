@@ -109,8 +109,8 @@ std::string SayWrongUnit(const config::Point& point, const Telegram& telegram,
   for (const std::string& text : texts) good += (good.empty() ? "'" : " or '") + text + "'";
   return "has unit " + Quoted(point.unit) + ", but its number is good only if '" + unit +
          "' of telegram '" + telegram.name + "' says " + good +
-         "; correct the unit of the point, or add a 'scale' that converts the number; if the "
-         "device is set to " +
+         "; correct the unit of the point, or add a 'scale' that converts the number; if it "
+         "sends " +
          Quoted(point.unit) + ", correct 'codes' or 'parameters' of the telegram instead";
 }
 
@@ -250,16 +250,15 @@ class DoubtFinder {
     for (const Form& form : telegram.receive) {
       if (IsUnsynchronised(telegram, form)) {
         Tell(
-            "comes with a telegram without fixed first bytes and check value, so a lost byte "
-            "shifts all values unnoticed; write its fixed bytes and its {checksum}, if it has any");
+            "comes in a telegram without fixed first bytes and check value, so a lost byte would "
+            "shift all values unnoticed; write the fixed bytes and {checksum}, if it has them");
       }
       // With `recheck` a sudden change is read twice, so a lost digit is found.
       if (device_.points[point_].recheck != config::Recheck::off) continue;
       if (!IsUnguarded(form) || form.pattern.elements.front().name != place.field) continue;
       Tell(
-          "is the first field of its telegram, so a lost first digit goes unnoticed; if the device "
-          "always sends the same number of characters, give the field a width; if it always sends "
-          "a sign, write {" +
+          "is the first field of its telegram, so a lost first digit would go unnoticed; give the "
+          "field a width if its length is fixed, or, if it always has a sign, write {" +
           place.field + ":+decimal}");
     }
   }
@@ -297,8 +296,8 @@ class DoubtFinder {
     if (text.name.empty() && says.empty()) return;
     const std::string name = text.name.empty() ? "unit" : text.name;
     Tell("comes with '" + says +
-         "' beside its number, but nothing checks this text: if the device sends another unit or "
-         "state there, the value still counts as good; " +
+         "' beside its number, but this text is not checked, so the value counts as good with any "
+         "unit or state; " +
          (text.name.empty() ? "name this field {" + name + ":…} and write" : "write") +
          " codes: { " + name + ": { '" + says +
          "': good } }, with all texts that the device may send");
@@ -312,7 +311,7 @@ class DoubtFinder {
     if (!most || Holds(point, *most)) return;
     Tell("has type " + std::string(config::Name(point.type)) +
          ", which cannot hold all values of '" + field.name + "', up to " + std::to_string(*most) +
-         " on the line; larger values will be bad");
+         " on the line, so larger values will be bad; write a larger type");
   }
 
   /// Checks the limits of `simulate`, which are numbers as on the line.
@@ -406,7 +405,8 @@ class FaultFinder {
           "', which may change the device; add 'reads: yes' to the telegram if it only reads");
     }
     if (telegram->listen && !place->call.parameters.empty()) {
-      return Tell("gives parameters to '" + telegram->name + "', which is never sent");
+      return Tell("gives parameters to '" + telegram->name +
+                  "', which has no 'send' and is never sent");
     }
     const Element* field = telegram->FindField(place->field);
     if (field == nullptr) return UnknownField(*telegram, place->field);
@@ -453,7 +453,8 @@ class FaultFinder {
 
   void CheckBits(const ReadPlace& place, const Element& field) {
     if (!field.format.is_whole_number()) {
-      return Tell("takes bits of '" + field.name + "', which is not a whole number");
+      return Tell("takes bits of '" + field.name +
+                  "', which is not a whole number; read the field without [b…]");
     }
     const unsigned last = place.bit + place.bits - 1;
     const auto bits = field.format.bits();
@@ -467,7 +468,8 @@ class FaultFinder {
     if (!call) return;
     const Telegram* telegram = FindTelegram(*call, "write");
     if (telegram == nullptr) return;
-    if (!telegram->send) return Tell("is written by '" + telegram->name + "', which is never sent");
+    if (!telegram->send)
+      return Tell("is written by '" + telegram->name + "', which has no 'send' and is never sent");
     const Element* field = telegram->value_field();
     if (telegram->reads) {
       return Tell("is written by '" + telegram->name +
@@ -492,9 +494,11 @@ class FaultFinder {
     for (const auto& [name, text] : call.parameters) {
       own.emplace(name, text);
       if (name == kAddress || name == kPassword || name == kValue || name == kChecksum) {
-        Tell("gives '" + name + "' as a parameter, but this name is reserved");
+        Tell("gives '" + name +
+             "' as a parameter, but this name has its own use; choose another name");
       } else if (!IsSent(telegram, name)) {
-        Tell("gives '" + name + "' to '" + telegram.name + "', which has no such field");
+        Tell("gives '" + name + "' to '" + telegram.name +
+             "', which has no such field in 'send'; remove the parameter");
       }
     }
     CheckFilled(telegram, own);
@@ -512,7 +516,7 @@ class FaultFinder {
   void CheckOnce(const Telegram& telegram, const Telegram& once, const Call& call) {
     for (const auto& [name, text] : call.parameters) {
       if (!once.send || !once.send->pattern.Has(name)) continue;
-      Tell("gives '" + name + "' to '" + once.name + "', which goes before '" + telegram.name +
+      Tell("gives '" + name + "' to '" + once.name + "', which is sent before '" + telegram.name +
            "' only once; remove 'once' from '" + once.name + "'");
     }
   }
@@ -538,7 +542,9 @@ class FaultFinder {
         if (!device_.address.empty()) Missing(telegram, element.name);
       } else if (const auto field = EncodeField(element.format, value->second); !field) {
         Tell("cannot be sent: {" + element.name + "} of telegram '" + telegram.name + "'" +
-             (element.name == kPassword ? " does not take this password" : ": " + field.error()));
+             (element.name == kPassword
+                  ? " cannot hold this password; correct 'password' at the device"
+                  : ": " + field.error()));
       } else if (const std::string text = ToText(value->second); IsTooShort(element, text)) {
         Tell("cannot be sent: {" + element.name + "} of telegram '" + telegram.name + "' has " +
              std::to_string(element.format.width) + " characters, but '" + text + "' has " +
@@ -609,7 +615,8 @@ std::vector<ConfigRemark> FaultsOf(const config::Device& device) {
   const auto description = DescriptionOf(device.options);
   if (!description) {
     return {
-        {kNoPoint, "has no 'telegrams'; describe in this key what is sent and what is answered"}};
+        {kNoPoint,
+         "has no key 'telegrams'; describe there what the gateway sends and the device answers"}};
   }
   // There are no telegrams if the description has errors, which were reported at their place in the
   // file.

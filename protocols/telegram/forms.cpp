@@ -143,7 +143,7 @@ void AddPlaced(const std::vector<PlacedField>& placed, std::optional<std::size_t
   for (const PlacedField& one : placed) {
     if (one.at < at) {
       problems.Error(one.mark, "field '" + one.element.name + "': byte " + std::to_string(one.at) +
-                                   " is already taken; the first free one is " +
+                                   " belongs to an earlier field; the first free byte is " +
                                    std::to_string(at));
       return;
     }
@@ -222,7 +222,8 @@ class FormReader {
     map_.problems().Error(map_.MarkOf("size"),
                           "size: the pattern has " +
                               (own ? std::to_string(*own) + " bytes, not " + std::to_string(*size)
-                                   : std::string("fields without a width")));
+                                   : std::string("fields without a width, so 'size' cannot be "
+                                                 "checked; remove 'size' or give them a width")));
   }
 
   Form Checked(Pattern pattern, const config::Mark& mark, const std::string& what, bool received) {
@@ -232,7 +233,7 @@ class FormReader {
     const auto error = [&](const std::string& why) { problems.Error(mark, what + ": " + why); };
     if (received && form.pattern.Has(kPassword)) {
       error(
-          "the password cannot be a field of an answer, because logs show answers; skip its bytes, "
+          "a password cannot be a field of an answer, because answers are logged; skip its bytes, "
           "as in {:4bytes}");
     }
     CheckEnd(form, received, error);
@@ -260,7 +261,8 @@ class FormReader {
       return element.is_field() && element.format.kind == Format::Kind::bytes &&
              element.format.width == 0;
     });
-    if (has_rest && !sized) error("bytes without a width need 'size_at'");
+    if (has_rest && !sized)
+      error("a field of bytes without a width needs 'size_at', the position of its size");
     if (!received || sized || !form.pattern.is_open()) return;
     if (framing_.idle > Duration::zero()) return;
     error(
@@ -298,9 +300,9 @@ class FormReader {
       front += element.fixed_size();
       if (&element + 1 == field && front <= form.checksum.skip + form.checksum.leave) {
         map_.problems().Error(map_.Has("checksum") ? map_.MarkOf("checksum") : mark,
-                              "checksum: no byte remains of the " + std::to_string(front) +
-                                  " bytes before {checksum} without the first " +
-                                  std::to_string(form.checksum.skip) + " and the last " +
+                              "checksum: 'skip' and 'leave' leave no byte of the " +
+                                  std::to_string(front) + " bytes before {checksum}: skip is " +
+                                  std::to_string(form.checksum.skip) + " and leave is " +
                                   std::to_string(form.checksum.leave));
       }
     }

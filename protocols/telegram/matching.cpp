@@ -387,7 +387,10 @@ Result<Bytes> Build(const Form& form, const Bound& values, const Match* rest) {
   if (sum_at) {
     const auto sum =
         form.checksum.kind != nullptr ? form.checksum.Of(View(bytes).first(*sum_at)) : std::nullopt;
-    if (!sum) return Error{"there are no bytes to compute the check value from"};
+    if (!sum)
+      return Error{
+          "the telegram has no bytes before its check value, so the check value cannot be "
+          "computed"};
     const auto field =
         EncodeField(form.pattern.Find(kChecksum)->format, static_cast<std::int64_t>(*sum));
     if (!field) return Error{"the check value: " + field.error()};

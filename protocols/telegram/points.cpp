@@ -85,7 +85,7 @@ std::pair<std::string, std::string> WhyNoNumber(const Element& element, View par
   if (!format.is_text_number() || format.kind == Format::Kind::hex || !digits) return {};
   if (const std::string meant = WithDecimalPoint(text);
       !meant.empty() && HasValue(DecodeField(format, ToBytes(meant)))) {
-    return {"it sends decimal commas" + quoted, "set the device to a decimal point"};
+    return {"its numbers have a decimal comma" + quoted, "set the device to a decimal point"};
   }
   const std::string correct = "correct the format of '" + element.name + "' in its profile";
   Format any = format;
@@ -93,23 +93,23 @@ std::pair<std::string, std::string> WhyNoNumber(const Element& element, View par
   any.precision = -1;
   any.point = any.sign = false;
   if (!HasValue(DecodeField(any, ToBytes(text)))) {
-    return {
-        Shown(ToBytes(text)) + " is in the place of '" + element.name + "', which must be a number",
-        correct};
+    return {Shown(ToBytes(text)) + " comes in the place of '" + element.name +
+                "', which must be a number",
+            correct};
   }
   const std::size_t decimals = DecimalsOf(text);
   if (format.precision >= 0 && decimals != static_cast<std::size_t>(format.precision)) {
     return {"it sends " + std::to_string(decimals) + " decimals, but " +
-                std::to_string(format.precision) + " are described" + quoted,
+                std::to_string(format.precision) + " are described in its profile" + quoted,
             correct};
   }
   if (AsText(part).ends_with(' ') && !format.left) {
-    return {"blanks follow the number of '" + element.name + "'" + quoted,
+    return {"blanks come after the number of '" + element.name + "'" + quoted,
             "if the device always sends them, add them to an example in its profile"};
   }
   if (!HasWrongWidth(format, part)) return {};
   return {"it sends " + std::to_string(part.size()) + " characters, but " +
-              std::to_string(format.width) + " are described" + quoted,
+              std::to_string(format.width) + " are described in its profile" + quoted,
           correct};
 }
 
@@ -195,8 +195,8 @@ class Interpreter {
     const Quality says = meaning != nullptr ? meaning->quality : Quality::bad;
     if (says < reply_.quality) reply_.quality = says;
     if (meaning == nullptr) {
-      reply_.reason =
-          "'" + element.name + "' says '" + text + "', which is not in the codes of its profile";
+      reply_.reason = "'" + element.name + "' contains '" + text +
+                      "', which is not in the codes of its profile";
       reply_.remedy = RemedyOfUnknown(codes);
     }
   }
@@ -248,7 +248,7 @@ Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known) {
   if (other) {
     return Failed(Outcome::unexpected,
                   "'" + Printable(frame) +
-                      "' is from another device, or repeats other values than were sent");
+                      "' is from another device, or repeats other values than the gateway sent");
   }
   return Failed(Outcome::unexpected,
                 "'" + Printable(frame) + "' is not the described answer to " + telegram.name);
@@ -262,7 +262,8 @@ using config::Type;
 
 constexpr std::array<DecoderSpec, 6> kDecoders = {
     {{"weight.value", "field 'value' of the answer to telegram 'weight'"},
-     {"input(channel=3).value", "the same, with 3 in the field {channel} of the request"},
+     {"input(channel=3).value",
+      "field 'value' of the answer, with 3 in the field {channel} of the request"},
      {"status.flags[b3]", "one bit of a whole number; type bool"},
      {"status.flags[b4-b7]", "several bits of a whole number, as a number"},
      {"weight.state=S", "true if the field contains S; type bool"},

@@ -203,7 +203,8 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle) {
   }
   if (bad_checksum) return cut::BadChecksum();
   if (began && !idle) return Cut::Discard(1, Outcome::corrupt, "not as described");
-  return cut::Slide(held, began ? "stopped mid-frame" : "not the beginning of an expected answer");
+  return cut::Slide(
+      held, began ? "stopped mid-frame" : "the bytes are not the beginning of an expected answer");
 }
 
 namespace {
@@ -296,7 +297,8 @@ std::optional<Recognised> OtherChecksum(const Form& form, const Match& match) {
   if (const auto fit = FindFit(own, *said)) {
     const bool range = fit->skip != own.skip || fit->leave != own.leave;
     return Recognised{Recognised::What::other_check,
-                      "its check value is computed otherwise (" + std::string(fit->kind->name) +
+                      "its check value is computed in another way (" +
+                          std::string(fit->kind->name) +
                           (range ? " over other characters fits)" : " fits)"),
                       "write " + Written(*fit, range) + " in its profile"};
   }
@@ -306,7 +308,7 @@ std::optional<Recognised> OtherChecksum(const Form& form, const Match& match) {
   return Recognised{Recognised::What::other_check, "a text",
                     "the check value differs from " + std::string(kind) + " always by " +
                         Hex(difference, own.kind->bytes) +
-                        ": does the profile fit the firmware of the device?"};
+                        ": check whether the profile fits the firmware of the device"};
 }
 
 namespace {
@@ -317,7 +319,7 @@ constexpr std::size_t kShortest = 2;
 constexpr std::size_t kShortestUnasked = 8;
 constexpr std::size_t kQuoted = 24;
 constexpr const char* kOtherForm =
-    "does the profile fit the device and the mode that is set in the device?";
+    "check whether the profile fits the device and the mode that is set in the device";
 
 /// Returns the first line of text that is not empty, with its end. Empty: there is no such line.
 /// `only`: true if nothing is allowed behind the line.
@@ -440,7 +442,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
     if (match.bad_checksum && HasMarkedSum(*form)) return OtherChecksum(*form, match);
     if (asked && match.kind == Match::Kind::whole && match.other) {
       return Recognised{Recognised::What::other_device,
-                        "another device answers instead of the one that was asked" + quoted,
+                        "another device answers in place of the device that was asked" + quoted,
                         "check the address that is set in the device"};
     }
     if (LacksSum(*form, line, awaited->known)) {
@@ -466,8 +468,8 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   if (numbers > 1 && signs > 0 && signs < numbers) {
     return Recognised{Recognised::What::other_form,
                       std::to_string(signs) + " of the " + std::to_string(numbers) +
-                          " described numbers came" + quoted,
-                      "does the profile fit the device?"};
+                          " numbers in the profile came" + quoted,
+                      "check whether the profile fits the device"};
   }
   return Recognised{Recognised::What::other_form,
                     its + (asked ? " is" : " are") + " not as described" + quoted, kOtherForm};

@@ -391,12 +391,12 @@ TEST(Pace, AWarningNamesKeysThatAProfileOverrides) {
   const auto loaded = Load(
       "lines: [{ name: l, port: /dev/l, protocol: fake, poll: 5s, timing: { reply: 500ms, quiet: "
       "1ms }, devices: [{ name: d, address: 1, profile: relay }] }]\n");
-  EXPECT_EQ(
-      Shown(loaded.problems),
-      "t.yaml:1:108: warning: device 'd': poll 5s of the line or gateway has no effect: the "
-      "device's profile sets 2s; set the key at the device to override the profile\nt.yaml:1:108: "
-      "warning: device 'd': timing.reply 500ms of the line has no effect: the device's profile "
-      "sets 700ms, which is longer; set the key at the device to override the profile\n");
+  EXPECT_EQ(Shown(loaded.problems),
+            "t.yaml:1:108: warning: device 'd': poll 5s of the line or gateway has no effect, "
+            "because the device's profile sets 2s; set the key at the device to override the "
+            "profile\nt.yaml:1:108: warning: device 'd': timing.reply 500ms of the line has no "
+            "effect, because the device's profile sets 700ms, which is longer; set the key at the "
+            "device to override the profile\n");
 }
 
 TEST(Pace, RecheckFollowsTheMostSpecificLevel) {

@@ -210,7 +210,8 @@ TEST(WritePermit, AProblemNamesOnlySomeOfManyPoints) {
       "lines: [{ name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, write: "
       "[ponit_3], points: [" +
       points + "] }] }]\n");
-  EXPECT_THAT(Shown(loaded.problems), HasSubstr("did you mean 'point_3'? can be written: point_0"));
+  EXPECT_THAT(Shown(loaded.problems),
+              HasSubstr("did you mean 'point_3'? points that can be written: point_0"));
   EXPECT_THAT(Shown(loaded.problems), HasSubstr("point_11 and 2 more\n"));
 }
 

@@ -106,7 +106,7 @@ TEST_F(BadSlave, ASlaveLostInABlockReturnsWithoutStaleValues) {
     Send(cut, WriteRequest(2, kUnit, 8, 2));
     ASSERT_TRUE(Eventually([&] { return slave.heard().size() > 1; }));
   }
-  EXPECT_TRUE(EventuallyLogged(*daemon, "line drive: down: "));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "line drive: port down: "));
   EXPECT_EQ(client.Holding(kUnit, 5, 1).exception, kNotAnswering);
   const ScriptedSlave back(LinkOf("drive"), [&](View request) -> std::vector<Piece> {
     return {{0ms, RegistersReply(request, 7000)}};
@@ -221,7 +221,7 @@ TEST_F(Stall, OfASerialServerDeliversNoAbandonedRequest) {
                "\", protocol: modbus_rtu, timing: { reply: 200ms } }\n"));
   RawClient client(port());
   const auto lost = [&] {
-    return daemon->Errors().find("takes no data: a request has not been acknowledged") !=
+    return daemon->Errors().find("takes no data, so the gateway gives up a request") !=
            std::string::npos;
   };
   // Sends writes until the kernel's buffer is full. Each write is for another slave, because a

@@ -41,7 +41,7 @@ TEST_F(Outage, APortThatIsAbsentAtTheStartIsOpenedWhenItAppears) {
   EXPECT_TRUE(EventuallyUnanswered(kRelayUnit));
   EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kNotConnected));
   EXPECT_EQ(client.Register(kRelayUnit, 40000), 0xFFFF) << "never read: no age";
-  EXPECT_TRUE(EventuallyLogged(*daemon, "line relay: down: "));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "line relay: port down: "));
   EXPECT_THAT(daemon->Errors(), HasSubstr(LinkOf("relay")));
 
   relay = StartTwin("relay", "relay", "7");
@@ -57,7 +57,7 @@ TEST_F(Outage, OfOneLineDoesNotDisturbTheOtherLines) {
       kModuleUnit, 100.25F, [&] { return client.Register(kModuleUnit, 20000) == kNotConnected; }));
   EXPECT_TRUE(EventuallyUnanswered(kModuleUnit));
   EXPECT_THAT(daemon->Errors(), HasSubstr("line io: device io-1: online"));
-  EXPECT_TRUE(EventuallyLogged(*daemon, "line io: down: "));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "line io: port down: "));
   EXPECT_EQ(client.Register(kModuleUnit, 9001), kLineDown) << "last outcome";
   EXPECT_EQ(client.Float(kRelayUnit, 0), 1.25F);
   EXPECT_TRUE(EventuallyQuality(client, kMeterUnit, 0, kGood));

@@ -78,7 +78,7 @@ TEST_F(Ports, AStableNameIsFollowedWhenTheAdapterIsRenumbered) {
   fs::remove(directory() / "usb-x");
   fs::create_symlink("tty1", directory() / "usb-x");
   first->Signal(SIGKILL);
-  EXPECT_TRUE(EventuallyLogged(*daemon, "line bay: down: " + LinkOf("usb-x") + " is gone"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "line bay: port down: " + LinkOf("usb-x") + " is gone"));
   EXPECT_TRUE(EventuallyFloat(client, 1, 0, -7.5F));
   EXPECT_TRUE(EventuallyQualityIs(kGood));
   const Json status = Status();
@@ -114,7 +114,7 @@ TEST_F(Ports, ABusyServerIsReportedOnceUntilItServes) {
   const Json status = Status();
   EXPECT_EQ(status["port_since"], before["port_since"]);
   EXPECT_THAT(status["port_text"].get<std::string>(), HasSubstr(port));
-  EXPECT_THAT(status["advice"][0].get<std::string>(), HasSubstr("before it had worked"));
+  EXPECT_THAT(status["advice"][0].get<std::string>(), HasSubstr("before any good reply"));
 
   server.Serve();
   EXPECT_TRUE(Eventually([&] { return Status()["port_state"] == "open"; }));

@@ -108,7 +108,7 @@ TEST_F(ReloadModbus, AnOccupiedPortRefusesTheWholeReload) {
     const Finished reload = Reload(yaml);
     EXPECT_EQ(reload.code, 4);
     EXPECT_THAT(reload.errors, AllOf(HasSubstr("listener " + PlaceOf(more_) + ": address already"),
-                                     HasSubstr("choose another port under modbus.listen"),
+                                     HasSubstr("choose another port in modbus.listen"),
                                      HasSubstr("nothing is changed")));
   }
   EXPECT_EQ(ModbusClient(port()).Holding(34, 5, 1).exception, kNoPath);

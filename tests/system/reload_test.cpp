@@ -356,9 +356,10 @@ TEST_F(ReloadLimits, AReloadWithoutFreeDescriptorsChangesNothing) {
   SetFile(YamlWithSocket());
   const Finished reload = Ask({"reload"});
   EXPECT_EQ(reload.code, 4);
-  EXPECT_THAT(reload.errors,
-              AllOf(HasSubstr("line meter: no thread for its port: Too many open files"),
-                    HasSubstr("nothing is changed")));
+  EXPECT_THAT(
+      reload.errors,
+      AllOf(HasSubstr("line meter: no thread could be started for its port: Too many open files"),
+            HasSubstr("nothing is changed")));
   const std::string at = "listen: \"127.0.0.1:" + std::to_string(port()) + "\"";
   SetFile(Replaced(
       WithoutMeter(), at,
@@ -377,7 +378,7 @@ TEST_F(ReloadLimits, ATrialIsRolledBackWithoutFreeDescriptors) {
   ASSERT_EQ(Ask({"reload", "--confirm", "3s"}).code, 0);
   Leave(1);
   ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
-  EXPECT_THAT(daemon->Errors(), HasSubstr("line meter: no thread for its port"));
+  EXPECT_THAT(daemon->Errors(), HasSubstr("line meter: no thread could be started for its port"));
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);

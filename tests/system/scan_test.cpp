@@ -99,7 +99,7 @@ TEST_F(ScanSystem, AScanRefusesALineWithAnotherMaster) {
   const Finished scan = Command({"scan", bus.path(), "--quick", "--protocol", "spabus"});
   EXPECT_EQ(scan.code, kCannotOpen);
   EXPECT_THAT(scan.errors,
-              AllOf(HasSubstr("another master speaks on the line"), HasSubstr("--over-traffic")));
+              AllOf(HasSubstr("another master sends on the line"), HasSubstr("--over-traffic")));
   EXPECT_THAT(scan.output, IsEmpty());
 }
 
@@ -110,7 +110,7 @@ TEST_F(ScanSystem, AScanOverTrafficFindsTheSameDevices) {
   const Finished scan =
       Command({"scan", bus.path(), "--quick", "--addresses", "1-3", "--json", "--over-traffic"});
   EXPECT_EQ(scan.code, 0) << scan.errors;
-  EXPECT_THAT(scan.errors, HasSubstr("another master speaks on the line"));
+  EXPECT_THAT(scan.errors, HasSubstr("another master sends on the line"));
   EXPECT_THAT(
       Devices(scan.output),
       UnorderedElementsAre("spabus 9600 7E1 1 spaj140c", "spabus 9600 7E1 2 spau130c",

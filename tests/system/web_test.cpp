@@ -114,7 +114,7 @@ TEST_F(Web, AnOccupiedPortIsReportedAtTheStart) {
   Write("baudgate.yaml", WithWeb());
   const Finished run = Command({"run", "--config", file().string()});
   EXPECT_EQ(run.code, 4);
-  EXPECT_THAT(run.errors, HasSubstr("choose another port under web.listen"));
+  EXPECT_THAT(run.errors, HasSubstr("choose another port in web.listen"));
 }
 
 }  // namespace

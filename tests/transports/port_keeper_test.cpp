@@ -152,7 +152,7 @@ bool Contains(const std::string& text, const std::string& part) {
 
 TEST(OpenErrorText, NamesTheRemedyOfEachError) {
   EXPECT_EQ(OpenErrorText("/dev/ttyUSB7", ENOENT),
-            "no such port /dev/ttyUSB7; is the adapter plugged in?");
+            "no such port /dev/ttyUSB7; plug the adapter in, or correct port");
   EXPECT_TRUE(Contains(OpenErrorText("/dev/ttyUSB7", EACCES),
                        "add the user of the gateway to group "
                        "dialout"));
@@ -166,7 +166,7 @@ TEST(OpenErrorText, NamesTheRemedyOfEachError) {
 TEST(OpenExclusive, MissingAndOtherFilesAreRefused) {
   EXPECT_TRUE(Contains(OpenExclusive("/dev/no-such-port").error(), "no such port"));
   EXPECT_TRUE(Contains(OpenExclusive("/dev/null").error(), "is not a serial port"));
-  EXPECT_EQ(OpenExclusive("/dev").error(), "/dev is a folder, not a serial port: correct port");
+  EXPECT_EQ(OpenExclusive("/dev").error(), "/dev is a folder, not a serial port; correct port");
   EXPECT_TRUE(Contains(OpenExclusive("/proc/self/status").error(), "is an ordinary file"));
 }
 

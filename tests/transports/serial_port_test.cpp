@@ -159,7 +159,7 @@ TEST_F(SerialPortTest, SettingsThatAnotherProgramChangesAreSetAgainAndNamed) {
   ::cfsetspeed(&sane, B38400);
   ASSERT_EQ(::tcsetattr(far, TCSANOW, &sane), 0);
   const std::string changes = port_->Restore().value_or("nothing");
-  for (const char* change : {"became 38400", "echo is on", "input comes by whole lines",
+  for (const char* change : {"became 38400", "echo is on", "input is passed on only in whole lines",
                              "input is translated", "output is translated", "XON/XOFF is on"}) {
     EXPECT_NE(changes.find(change), std::string::npos) << change << ": " << changes;
   }
@@ -352,7 +352,8 @@ TEST_F(SerialPortTest, ComesBackAfterReplug) {
   ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
   port_->Open();
   ASSERT_TRUE(WaitForFailure());
-  EXPECT_EQ(listener_.failures[0], "no such port " + link_ + "; is the adapter plugged in?");
+  EXPECT_EQ(listener_.failures[0],
+            "no such port " + link_ + "; plug the adapter in, or correct port");
   Plug();
   Open();
   far_->Write(ToBytes("back"));

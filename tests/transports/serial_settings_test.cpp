@@ -150,8 +150,8 @@ TEST(CompareSettings, EveryOtherDifferenceIsAnErrorWithAHint) {
             "the driver of /dev/ttyUSB1 did not set 9600 7E1 but 9600 8N1; "
             "set `parity: software`");
   EXPECT_EQ(error(Settings(9600, 8, Parity::even, 1), k8N1),
-            "the driver of /dev/ttyUSB1 did not set 9600 8E1 but 9600 8N1; this port does "
-            "not support that format");
+            "the driver of /dev/ttyUSB1 did not set 9600 8E1 but 9600 8N1; set serial to a format "
+            "that this port supports");
   EXPECT_NE(error(Settings(10400, 8, Parity::none, 1), k8N1).find("bit rate"), std::string::npos);
   EXPECT_NE(error(Settings(9600, 8, Parity::none, 2), k8N1).find("stop bits"), std::string::npos);
   EXPECT_NE(error(k7E1, Settings(9600, 7, Parity::odd, 1)).find("7O1"), std::string::npos);

@@ -265,7 +265,7 @@ TEST(ListenSocket, NamesAnAddressThatTheMachineLacks) {
     EXPECT_EQ(TroubleAt(here), "") << here;
   }
   EXPECT_EQ(TroubleAt("192.0.2.9"),
-            "this machine does not have the address 192.0.2.9 now (ip addr lists its addresses); "
+            "this machine does not have the address 192.0.2.9 now ('ip addr' lists its addresses); "
             "clients can connect again when the address is back");
 }
 

@@ -258,8 +258,9 @@ TEST_F(StalledServer, GetsNoMoreBytesOfAnAbandonedRequest) {
   ASSERT_TRUE(WaitForLoss());
   test::RunReady(io_);
   ASSERT_EQ(listener_.losses.size(), 1U);
-  EXPECT_EQ(listener_.losses[0],
-            Address() + " takes no data: a request has not been acknowledged and is given up");
+  EXPECT_EQ(listener_.losses[0], Address() +
+                                     " takes no data, so the gateway gives up a request that was "
+                                     "not acknowledged; check the server and the network");
   EXPECT_FALSE(client_->is_open());
   EXPECT_LE(ReadOfFirst(first), given_ - 100'000);
 

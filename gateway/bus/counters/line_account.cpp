@@ -79,7 +79,7 @@ void LineAccount::OnCollision() {
   ++counters_.collisions;
   if (!others_.Add(now_.instant)) return;
   listener_.OnNews({.what = News::What::collisions,
-                    .text = "echoes differ from what was sent: another master speaks on the line"},
+                    .text = "echoes differ from what was sent: another master sends on the line"},
                    now_);
 }
 

@@ -289,7 +289,7 @@ const std::vector<Hypothesis>& Hypotheses() {
   static const std::vector<Hypothesis> kAll = {
       {"another protocol or service answers", OtherProtocol, SayOtherProtocol, true},
       {"another setting would make its replies right", OtherSetting, AsFound<other_setting>, true},
-      {"another master speaks on the line", OtherMaster, SayOtherMaster, true},
+      {"another master sends on the line", OtherMaster, SayOtherMaster, true},
       {"slave N answers in place of slave N", OtherDevice, SayOtherDevice, true},
       {"its reply to TELEGRAM is not as described", OtherForm, AsFound<other_form>},
       {"it restarts", Restarts, SayRestarts},

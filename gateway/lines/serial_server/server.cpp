@@ -104,9 +104,9 @@ void Server::Look() {
     const bool is_told = use_ == Use::by_hand;
     if (!trouble.empty()) {
       log::Warn({.line = line_}, "no client can connect at {}: {}{}", config_.Address(), trouble,
-                is_told || was_open ? "" : "; trying again until it works");
+                is_told || was_open ? "" : "; the gateway tries again until one can");
     } else {
-      log::Info({.line = line_}, "clients of its port can connect at {} ({})", config_.Address(),
+      log::Info({.line = line_}, "clients can connect to the port at {} ({})", config_.Address(),
                 Name(config_.mode));
     }
   }
@@ -165,13 +165,13 @@ std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
       config_.allow.empty() || std::ranges::any_of(config_.allow, [&](const auto& network) {
         return config::Covers(network, reach);
       });
-  if (!allowed) return "its address is not in the allow list";
+  if (!allowed) return "its address is not in 'allow' of the line's serial_server or lend";
   const bool wait = use_ == Use::served && config_.busy == config::PortServer::Busy::wait;
   if (holder_ != nullptr && !wait && !IsSilent(*holder_)) {
     return "the port is in use by " + holder_->name;
   }
   if (clients_.size() >= kMostClients && !MakeRoom()) {
-    return "too many clients are connected already";
+    return "too many clients are connected already; close a connection";
   }
   return std::nullopt;
 }

@@ -61,7 +61,7 @@ struct Talk {
   bool known = false;  ///< true: the traffic was recognised as that of a master
   std::string text{};  ///< description: a sentence without a full stop
 };
-/// Describes bytes that were received before anything was sent. Example: "another master speaks on
+/// Describes bytes that were received before anything was sent. Example: "another master sends on
 /// the line: it has asked slave 2 (spabus, 9600 7E1)".
 Talk WhoTalks(const std::vector<Tongue>& tongues, View heard, const config::SerialSettings& serial);
 

@@ -181,11 +181,11 @@ std::string LoadSession::Shown() const {
     const auto end = state.reader.end();
     const std::string name = NameOfLoad(state.reader.profile());
     if (state.refused) {
-      shown.push_back("no " + name + ": the meter refuses it");
+      shown.push_back(name + " is not read: the meter refuses it");
       continue;
     }
     if (!state.reader.trouble().empty()) shown.push_back(name + ": " + state.reader.trouble());
-    if (end) shown.push_back(name + " read to " + FormatWallTime(WallTime(*end)));
+    if (end) shown.push_back(name + " is read up to " + FormatWallTime(WallTime(*end)));
     if (state.reader.waits()) {
       shown.push_back(name + ": the meter has not written the header of its current hour yet");
     }
@@ -435,11 +435,11 @@ std::string BillingSession::Shown() const {
   std::vector<std::string> shown;
   for (const Period& period : periods_) {
     if (period.refused) {
-      shown.push_back(fmt::format("no billing readings of each {}: the meter refuses them",
-                                  NameOf(period.kind)));
+      shown.push_back(fmt::format(
+          "billing readings of each {} are not read: the meter refuses them", NameOf(period.kind)));
     } else if (period.kept) {
-      shown.push_back(fmt::format("billing readings of each {} to {}", NameOf(period.kind),
-                                  DayText(*period.kept)));
+      shown.push_back(fmt::format("billing readings of each {} are read up to {}",
+                                  NameOf(period.kind), DayText(*period.kept)));
     }
   }
   return Listed(shown);
@@ -525,8 +525,9 @@ Answer MeterArchive::TakeInBackground(View data, Instant now) {
 }
 
 std::string MeterArchive::Learned() const {
-  return Listed({events_ && journals_.has_refused() ? "no journals: the meter refuses them" : "",
-                 loads_.Shown(), billing_.Shown()});
+  return Listed(
+      {events_ && journals_.has_refused() ? "journals are not read: the meter refuses them" : "",
+       loads_.Shown(), billing_.Shown()});
 }
 
 }  // namespace baudgate::protocols::set4tm

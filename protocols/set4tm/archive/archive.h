@@ -38,7 +38,7 @@ class LoadSession final : public BackgroundJob {
   void OnFailure(Instant now) override;
   void OnReconnect() override;
   void ForgetRefusals() override;
-  /// Returns a text for the status: "load_1 read to 2026-11-23T10:30:00.000Z".
+  /// Returns a text for the status: "load_1 is read up to 2026-11-23T10:30:00.000Z".
   std::string Shown() const override;
 
  private:

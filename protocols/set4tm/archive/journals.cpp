@@ -77,8 +77,9 @@ DeviceEvent JournalReader::At(std::uint32_t code, CivilZone::Civil civil, std::s
     return {0, code, {}, std::move(shown)};
   }
   const CivilZone::Moment moment = zone->ToUtc(civil);
-  if (moment.fit == CivilZone::Fit::twice) Join(text, "or an hour earlier");
-  if (moment.fit == CivilZone::Fit::never) Join(text, "its clock was not set to summer time");
+  if (moment.fit == CivilZone::Fit::twice) Join(text, "the true time may be an hour earlier");
+  if (moment.fit == CivilZone::Fit::never)
+    Join(text, "the meter's clock was not set to summer time");
   return {0, code, SaidTime{moment.utc.time_since_epoch(), {}}, std::move(text)};
 }
 
@@ -388,13 +389,14 @@ Answer JournalSession::Report(State& state, Records records, const JournalReader
   });
   const bool full = std::ranges::none_of(records, [](const Bytes& one) { return IsEmpty(one); });
   if (full && left == 0 && Newest(kept)) {
-    batch.events.insert(batch.events.begin(),
-                        {0,
-                         GapCode(*state.journal),
-                         {},
-                         fmt::format("journal {:02X}, {}: all its records are new; earlier ones "
-                                     "may be missing",
-                                     state.journal->number, state.journal->name)});
+    batch.events.insert(
+        batch.events.begin(),
+        {0,
+         GapCode(*state.journal),
+         {},
+         fmt::format(
+             "journal {:02X}, {}: all stored records are new, so earlier records may be missing",
+             state.journal->number, state.journal->name)});
   }
   state.read_at = now;
   if (batch.events.empty()) {

@@ -203,7 +203,9 @@ LoadReader::Step LoadReader::step() const {
 bool LoadReader::OnInterval(unsigned minutes) {
   trouble_.clear();
   if (minutes == 0 || minutes > 60 || 60 % minutes != 0) {
-    trouble_ = fmt::format("its interval of {} minutes (08 06) does not fill an hour", minutes);
+    trouble_ = fmt::format(
+        "the interval of {} minutes that the meter reports (08 06) does not divide an hour",
+        minutes);
     return false;
   }
   ring_.minutes = minutes;
@@ -216,7 +218,9 @@ bool LoadReader::OnPointer(View data, const Manner& manner) {
   waits_ = false;
   trouble_.clear();
   const bool goes_on = GoOn(manner);
-  if (!current_) trouble_ = "its pointer (08 04: " + ToHex(data) + ") is outside its memory";
+  if (!current_)
+    trouble_ = "the record pointer that the meter reports (08 04: " + ToHex(data) +
+               ") is outside its memory";
   return goes_on;
 }
 
@@ -274,8 +278,9 @@ bool LoadReader::PlanScan(const Manner& manner) {
     scan_ = current;  // the header may be written until the next look
     if (scanned_ && !waits_) {
       scan_.reset();
-      trouble_ = fmt::format("no hour was found in its memory before its pointer (08 04: {:04X})",
-                             pointer_->address);
+      trouble_ = fmt::format(
+          "no hour was found in the meter's memory before its record pointer (08 04: {:04X})",
+          pointer_->address);
     }
     return false;
   }

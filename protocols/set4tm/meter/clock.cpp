@@ -107,7 +107,8 @@ Result<Bytes> ClockCorrection(const Value& value, const ClockDrift& drift, Insta
     seconds = std::round(-*latest);
     if (seconds == 0) return Error{"the meter's clock is already right to a second"};
   } else if (seconds == 0 || seconds != std::round(seconds)) {
-    return Error{"a meter's clock can be corrected by whole seconds, from 1 to 120 or -1 to -120"};
+    return Error{
+        "a meter's clock can be corrected only by whole seconds; write 1 to 120, or -1 to -120"};
   }
   if (!(std::abs(seconds) <= kMostSeconds)) {
     return Error{"a meter's clock can be corrected by 120 s at most, once a day; this is " +

@@ -166,7 +166,8 @@ void Identification::Judge() {
   const std::string what =
       "type " + NameOfType(*type_) + ", but the profile is for type " + Listed(settings_.types);
   if (FindType(*type_) == nullptr) {
-    trouble_.text = "the meter has " + what + ", so its status word has no good value";
+    trouble_.text = "the meter has " + what +
+                    ", so its status word never has a good value; use a profile for this type";
     return;
   }
   if (device_.identity.ignore) return;

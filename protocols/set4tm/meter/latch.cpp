@@ -132,9 +132,11 @@ void LatchedReads::Take(Reply& reply, const PointReads& reads) {
 
 std::string LatchedReads::Learned() const {
   if (meter_.refused())
-    return "does not report the time of its latch, so its latched values are not used";
+    return "the meter does not report the time of its latch (08 14 50), so its latched values are "
+           "not used";
   if (meter_.Missed(line_.number())) {
-    return "missed the latest latch, so its latched values are not used";
+    return "the meter missed the latest latch broadcast (FE 03 08), so its latched values are not "
+           "used";
   }
   return "";
 }

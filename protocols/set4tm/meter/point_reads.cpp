@@ -54,7 +54,8 @@ Reply ReplyReader::Read(View request, View frame) const {
   }
   if (!Accepts(asked->address, got->address)) {
     const bool extended = got->address.size() > 1 && asked->address.size() == 1;
-    return unexpected("reply of meter " + ToHex(got->address) + ", not " + ToHex(asked->address) +
+    return unexpected("the reply is from meter " + ToHex(got->address) + ", not " +
+                      ToHex(asked->address) +
                       (extended ? "; if this is the right meter, set `serial_number`" : ""));
   }
   const View pdu = asked->body;
@@ -65,7 +66,9 @@ Reply ReplyReader::Read(View request, View frame) const {
         "the request came back; if the adapter returns sent bytes, set `echo: strip`");
   }
   if (IsQuestionLike(pdu, got->body)) {
-    return unexpected("a request came instead of a reply: another master asks this meter");
+    return unexpected(
+        "a request came instead of a reply: another master asks this meter; remove the other "
+        "master");
   }
   if (got->body.size() == 1) {
     reply.pdu = pdu;
@@ -76,15 +79,15 @@ Reply ReplyReader::Read(View request, View frame) const {
   const bool fits = fields_.Matches(pdu).empty() ? MayAnswer(pdu, got->body.size())
                                                  : LengthOfData(pdu) == got->body.size();
   if (AnsweredByStatus(pdu) || !fits) {
-    reply.answer.remedy = "does the profile fit this type of meter?";
-    return unexpected(std::to_string(got->body.size()) + " data bytes do not answer request " +
-                      HexByte(pdu[0]));
+    reply.answer.remedy = "check whether the profile fits this type of meter";
+    return unexpected(std::to_string(got->body.size()) +
+                      " data bytes came, which do not answer request " + HexByte(pdu[0]));
   }
   if (IsMasked(pdu) && got->body[0] != pdu[2]) {
-    return unexpected("reply to another snapshot: id " + HexByte(got->body[0]));
+    return unexpected("the reply is to another snapshot (08 23): id " + HexByte(got->body[0]));
   }
   if (pdu[0] == kMemoryTagged && got->body[0] != pdu[1]) {
-    return unexpected("reply to another read of memory: id " + HexByte(got->body[0]));
+    return unexpected("the reply is to another read of memory: id " + HexByte(got->body[0]));
   }
   reply.pdu = pdu;
   reply.data = got->body;
@@ -98,7 +101,7 @@ void ReplyReader::ReadStatus(Reply& reply) const {
   reply.answer.wait = meaning.wait;
   if (meaning.outcome == Outcome::ok && !awaited) {
     reply.answer.outcome = Outcome::unexpected;
-    reply.answer.reason = "status 00 instead of data";
+    reply.answer.reason = "the meter answers with status 00 (done) instead of data";
     return;
   }
   reply.answer.outcome = meaning.outcome;
@@ -225,8 +228,8 @@ bool PointReads::ForgetRefusals() {
 }
 
 std::string PointReads::Learned() const {
-  if (masked_) return "floats together (08 23)";
-  return integers_ ? "integers instead of floats, which its type does not support" : "";
+  if (masked_) return "floats are read together (08 23)";
+  return integers_ ? "integers are read, because this type of meter does not support floats" : "";
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -277,7 +277,8 @@ std::span<const DecoderSpec> DecoderSpecs() {
 namespace {
 
 constexpr const char* kCorrectionTypes =
-    "write \"03 0B\" needs type bool (by the drift) or a number type (seconds)";
+    "write \"03 0B\" needs type: bool to correct the clock by its drift, or a number type for "
+    "seconds";
 
 }  // namespace
 

@@ -12,7 +12,7 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
       return {};
     case kNotAllowed:
       return {Outcome::unsupported,
-              "this meter does not know the request; the request is not repeated",
+              "the meter does not have this request; the request is not repeated",
               Quality(Quality::bad_configuration, Reason::not_fitted),
               {}};
     case kInternalError:
@@ -23,16 +23,17 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
         return {Outcome::refused, "the meter refuses the password", std::nullopt, {}};
       }
       return {Outcome::refused,
-              "access level too low for this request; the request is not repeated",
+              "the access level of the password is too low for this request; the request is not "
+              "repeated",
               Quality(Quality::bad_communication, Reason::no_permission),
               {}};
     case kClockAlreadyCorrected:
       return {Outcome::refused, "the clock was already corrected today", std::nullopt, {}};
     case kChannelClosed:
-      return {
-          Outcome::refused,
-          "the channel is closed again right after it was opened; is another master on the line?",
-          std::nullopt, 10s};
+      return {Outcome::refused,
+              "the meter closed the channel right after it was opened; look for another master on "
+              "the line",
+              std::nullopt, 10s};
     case kRepeat:
       return {Outcome::busy, "the meter asks for the request again", std::nullopt, {}};
     case kNotReady:
@@ -41,9 +42,10 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
               Quality(Quality::uncertain_last_usable, Reason::not_ready),
               {}};
     case kBusy:
-      return {Outcome::busy, "the meter is busy with a task of this kind", std::nullopt, 1s};
+      return {Outcome::busy, "the meter is still busy with an earlier request of this kind",
+              std::nullopt, 1s};
     case 0x9:
-      return {Outcome::refused, "payment register overflow", std::nullopt, {}};
+      return {Outcome::refused, "the payment register has overflowed", std::nullopt, {}};
     case 0xA:
       return {Outcome::refused, "the request cannot be executed", std::nullopt, {}};
     case kMeterSilent:
@@ -59,7 +61,7 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
 std::string_view RemedyOf(std::uint8_t code) {
   switch (code) {
     case kNotAllowed:
-      return "does the profile fit this type of meter?";
+      return "check whether the profile fits this type of meter";
     case kInternalError:
       return "the meter reports a fault; check its display, restart or replace it";
     case kLevelTooLow:
@@ -67,7 +69,7 @@ std::string_view RemedyOf(std::uint8_t code) {
     case kChannelClosed:
       return "stop other programs and masters that use the meter";
     case kNotReady:
-      return "wait; the meter has just started, or has no voltage at its inputs";
+      return "wait if the meter has just started; else check the voltage at its inputs";
     case kRepeat:
     case kBusy:
       return {};

@@ -23,12 +23,15 @@ TEST(Modules, OfAnotherContractAreRefusedWithoutACall) {
   EXPECT_FALSE(modules.catalog.protocols.contains("other"));
   EXPECT_THAT(modules.refused,
               Contains(AllOf(HasSubstr("/other.so was built for gcc0-cxxabi0 contract 0, "),
-                             HasSubstr("this daemon for " + std::string(protocols::kContractTag)),
+                             HasSubstr("this gateway needs modules for " +
+                                       std::string(protocols::kContractTag)),
                              HasSubstr("install both from one release"))));
   EXPECT_THAT(modules.refused,
-              Contains(HasSubstr("/older.so was built for an older plugin contract")));
-  EXPECT_THAT(modules.refused,
-              Contains(HasSubstr("/stranger.so is not a protocol module of baudgate")));
+              Contains(HasSubstr("/older.so was built for an older release of baudgate")));
+  EXPECT_THAT(
+      modules.refused,
+      Contains(HasSubstr(
+          "/stranger.so is not a protocol module of baudgate; remove the file from this folder")));
 }
 
 TEST(Modules, ProfilesOfThisMachineGoBeforeShippedProfiles) {

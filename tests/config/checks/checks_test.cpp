@@ -41,9 +41,10 @@ TEST(Checks, ProblemsOfAPointNameThePlacesOfItsKeys) {
   point.scale = 0;
   Problems problems;
   CheckPoint(point, &protocol, {{"f", 1, 1}, {{"scale", {"f", 2, 5}}}}, problems);
-  EXPECT_EQ(Sorted(problems),
-            "f:1:1: error: point 'p': read 'X1' is not understood; write A and a number\n"
-            "f:2:5: error: scale: 0 would make every value the same\n");
+  EXPECT_EQ(
+      Sorted(problems),
+      "f:1:1: error: point 'p': read 'X1' is not understood; write A and a number\nf:2:5: error: "
+      "scale: 0 would make every value the same; write another number, or remove the key\n");
 }
 
 TEST(Checks, WithoutAProtocolItsChecksAreSkipped) {
@@ -86,7 +87,8 @@ TEST(Checks, TwoSpellingsOfOneAddressAreOneDevice) {
   addresses.Add(second, protocol, {"f", 4, 1}, problems);
   EXPECT_EQ(Sorted(problems),
             "f:2:1: warning: address: '07' is also the address of device 'first' on this line, "
-            "written there as '7'\nf:4:1: error: address: '700' is no address; allowed: 1…99\n");
+            "written there as '7'; give each device its own address\nf:4:1: error: address: '700' "
+            "is no address; allowed: 1…99\n");
 }
 
 TEST(Checks, ARouteNeedsExactlyOneTarget) {

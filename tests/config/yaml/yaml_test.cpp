@@ -73,7 +73,7 @@ TEST(Yaml, ColumnsCountCharacters) {
 
 TEST(Yaml, LargeAndDeepTextsAreRefused) {
   EXPECT_EQ(Shown(Load(std::string((16U << 20U) + 1, ' ')).problems),
-            "t.yaml: error: is larger than 16 MiB; this is not a configuration\n");
+            "t.yaml: error: is larger than the 4 MiB that a configuration can have\n");
   for (const char* const bracket : {"[", "{a: ", "- ", "? "}) {
     std::string deep = "lines: \n ";
     for (int i = 0; i < 100'000; ++i) deep += bracket;

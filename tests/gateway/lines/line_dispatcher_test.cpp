@@ -67,7 +67,8 @@ TEST_F(LineDispatcherTest, AWriteToALineThatHangsIsNotSent) {
   EXPECT_TRUE(Write());
   ASSERT_TRUE(result_);
   EXPECT_EQ(result_->end, WriteEnd::not_sent);
-  EXPECT_EQ(result_->reason, "the driver of its line does not answer");
+  EXPECT_EQ(result_->reason,
+            "the driver of its line's port does not answer; check the adapter (dmesg)");
   EXPECT_EQ(Counted(WriteEnd::not_sent), 1U);
 }
 

@@ -30,7 +30,7 @@ TEST_F(LocalPort, ReportsThatAnotherProgramHasChangedItsSettings) {
   port_.changed = "echo is on";
   Pass(2s);
   EXPECT_THAT(status().port_text, HasSubstr("changed its settings once, last "));
-  EXPECT_THAT(status().port_text, HasSubstr("(echo is on); they were set again"));
+  EXPECT_THAT(status().port_text, HasSubstr("(echo is on), and the gateway has set them again"));
   port_.changed = "9600 7E1 became 38400 8N1";
   Pass(2s);
   EXPECT_THAT(status().port_text, HasSubstr("changed its settings 2 times"));
@@ -417,7 +417,7 @@ TEST_F(SharedConnection, AServerThatClosesForAllDevicesIsAnOutage) {
   closes_for_ = {'A', 'B'};
   Open();
   Pass(1min);
-  EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("before it had worked")));
+  EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("before any good reply")));
 }
 
 TEST_F(LinePortTest, AServerThatClosesBeforeAnAnswerIsReported) {
@@ -427,7 +427,7 @@ TEST_F(LinePortTest, AServerThatClosesBeforeAnAnswerIsReported) {
   Pass(100ms);
   Say("busy, come back later\r\n");
   Lose("closed");
-  EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("closed, before it had worked")));
+  EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("closed, before any good reply")));
   EXPECT_EQ(retries_.worked, 0) << "a greeting proves nothing";
 }
 
@@ -436,7 +436,8 @@ TEST_F(LinePortTest, AServerThatEndsAnUnansweredConnectionIsReported) {
   answers_ = false;
   Pass(10s);
   Lose("closed");
-  EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("closed, unanswered: check its mode")));
+  EXPECT_THAT(retries_.downs,
+              ElementsAre(HasSubstr("closed, with requests unanswered: check the server's mode")));
 }
 
 TEST_F(LinePortTest, AfterAUselessConnectionTheNextIsReportedOnceItWorks) {

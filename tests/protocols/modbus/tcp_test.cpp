@@ -60,7 +60,7 @@ TEST(ModbusTcpReplyRule, ALateReplyIsSkipped) {
   Connection connection(kRead500);
   EXPECT_FALSE(connection.Take("00 00 00 00 00 05 14 03 02 00 99"));
   EXPECT_EQ(connection.assembler.blame(), Outcome::unexpected);
-  EXPECT_EQ(connection.assembler.why(), "the reply to another transaction");
+  EXPECT_EQ(connection.assembler.why(), "the reply is to another transaction");
   EXPECT_EQ(connection.Take(kIts31), Hex(kIts31));
 }
 

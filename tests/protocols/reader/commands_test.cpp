@@ -49,7 +49,7 @@ TEST(ReaderCommands, InformationConsistsOfItsLines) {
   EXPECT_EQ(Information("\r\nMOD-RFID125-BOX\r\nVer 1.3\r\n>"), "MOD-RFID125-BOX Ver 1.3");
   EXPECT_EQ(Information(">i\r\nMOD-RFID125-BOX\r\n>"), "MOD-RFID125-BOX") << "it echoes";
   EXPECT_EQ(Information("\r\n>"), "error: an empty answer");
-  EXPECT_EQ(Information("\r\n-06001x59E3\r\n>"), "error: a damaged tag in the answer");
+  EXPECT_EQ(Information("\r\n-06001x59E3\r\n>"), "error: the answer contains a damaged tag");
   EXPECT_NE(Information("\r\nMOD\xD2\r\n>"), "MOD\xD2");
 }
 

@@ -175,7 +175,7 @@ TEST_F(ReaderConversationTest, ATextGivesACodeAndANumber) {
   EXPECT_EQ(HearText("$GPGGA,063905.00,4717.1,N,00833.9,E\r", 1h + 3s).reason,
             "sentences of NMEA 0183 come ('$GPGGA,063905.00,4717.1,N,0083')");
   EXPECT_EQ(HearText("ST,GS,+  12,35kg\r", 1h + 3s).reason,
-            "a comma comes where a point is awaited in 'ST,GS,+  12,35kg'");
+            "the number has a decimal comma in 'ST,GS,+  12,35kg'");
   EXPECT_EQ(HearText("12.35-kg\r", 1h + 4s).reason, "the sign follows the number in '12.35-kg'");
 }
 
@@ -228,7 +228,7 @@ TEST(ReaderRecognise, ReportsDeviationsFromTheConfiguration) {
        "its messages do not end with 0x03 ('ST,+1.5kg')"},
       {"text", "", "0x0D", "4006381333931", "its messages have no end character ('4006381333931')"},
       {"text", "0x02", "0x03", "\x02ST,+1.5kg\x03", ""},
-      {"text", "", "0x0D", "KJJJZk:", "bytes come that are not a message ('KJJJZk:')"},
+      {"text", "", "0x0D", "KJJJZk:", "the received bytes are not a message ('KJJJZk:')"},
       {"text", "]", "0x0D", "]40121443\r",
        "its messages have 8 characters (']40121443'), but length is 13", "13"},
       {"text", "4", "0x0D", "441230000162\r",

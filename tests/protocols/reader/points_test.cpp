@@ -84,13 +84,13 @@ TEST(ReaderOptions, PolledPointsNeedCommands) {
   EXPECT_EQ(error(), "point 'identity': 'identity' needs commands: ask");
   device.points.pop_back();
   device.records = {{"transponder", {7}}};
-  EXPECT_EQ(error(), "record 'transponder' is read, which needs commands: ask");
+  EXPECT_EQ(error(), "record 'transponder' needs commands: ask");
   device.options.Set("commands", std::string("ask"));
   EXPECT_EQ(error(), "");
   device.records[0].points.push_back(0);
-  EXPECT_EQ(
-      error(),
-      "record 'transponder': 'tag' cannot be read anew; use present, repeats, message or number");
+  EXPECT_EQ(error(),
+            "record 'transponder': 'tag' cannot be read again after an event; use present, "
+            "repeats, message or number");
 }
 
 TEST(ReaderTwins, AnswerCommandsIfConfigured) {
@@ -263,7 +263,7 @@ TEST(ReaderConfig, PointsDoNotAgeUnlessConfigured) {
   EXPECT_EQ(limits(", max_age: 5s").bad_after, 15s);
   EXPECT_EQ(limits(", max_age: 200ms").uncertain_after, 200ms) << "it is not polled every second";
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: weighing, dead_age: 5s }"),
-              HasSubstr("error: dead_age: set max_age too"));
+              HasSubstr("error: dead_age: has no effect without max_age"));
 }
 
 TEST(ReaderConfig, TheEightTagsHaveAdjacentRegisters) {
@@ -289,10 +289,10 @@ TEST(ReaderConfig, ReadsAfterATagAreOneRecord) {
 TEST(ReaderConfig, AReaderNeedsALineOfItsOwn) {
   const std::string reader = "{ name: g, address: 1, profile: bar-code }";
   EXPECT_THAT(ProblemsOf(reader + ", { name: h, address: 2, profile: bar-code }"),
-              HasSubstr("device 'g' sends without requests, so it must be alone on its line; line "
+              HasSubstr("device 'g' sends without requests and needs a line of its own, but line "
                         "'gate' has 2 devices"));
   EXPECT_THAT(ProblemsOf(reader + ", { name: h, address: A, protocol: toy, points: [] }"),
-              HasSubstr("must be alone on its line"));
+              HasSubstr("needs a line of its own"));
 }
 
 TEST(ReaderConfig, ErrorsInOptionsAreReportedWithTheirPlace) {

@@ -421,7 +421,7 @@ TEST_P(NamedFaults, ASecondMasterIsNamed) {
     rig->RunFor(100ms);
   }
   const std::string text = Text(SentencesOf(rig, 0)) + Text(SentencesOf(rig, 1));
-  EXPECT_NE(text.find("another master speaks on the line: it has asked slave 9"), std::string::npos)
+  EXPECT_NE(text.find("another master sends on the line: it has asked slave 9"), std::string::npos)
       << text;
 }
 

@@ -152,9 +152,9 @@ TEST(BillingSession, ReadsTheHistoryAndThenEachDayAndMonth) {
   bench.Run(40 * 24h);
   EXPECT_EQ(bench.told["month"], Months(2025, 3, 14));
   EXPECT_EQ(bench.told["day"], Days(kFirstDay - std::chrono::days(27), bench.today()));
-  EXPECT_EQ(
-      bench.session().Shown(),
-      "billing readings of each day to 2026-04-08, billing readings of each month to 2026-04-01");
+  EXPECT_EQ(bench.session().Shown(),
+            "billing readings of each day are read up to 2026-04-08, billing readings of each "
+            "month are read up to 2026-04-01");
   EXPECT_EQ(bench.said, "day 2026-04-08;month 2026-04-01");
 }
 
@@ -209,10 +209,9 @@ TEST(BillingSession, AMeterThatRefusesAllIsNotAskedAgain) {
   bench.deaf = [](View pdu) { return pdu[0] == kEnergyExtended; };
   bench.Run(3h);
   EXPECT_FALSE(bench.session().due());
-  EXPECT_EQ(
-      bench.session().Shown(),
-      "no billing readings of each day: the meter refuses them, no billing readings of each month: "
-      "the meter refuses them");
+  EXPECT_EQ(bench.session().Shown(),
+            "billing readings of each day are not read: the meter refuses them, billing readings "
+            "of each month are not read: the meter refuses them");
 }
 
 TEST(BillingSession, EachReadingIsReportedOnceInSpiteOfDisturbances) {

@@ -169,7 +169,7 @@ TEST(Set4tmPace, TheMultiplierExtendsSilenceAndReplyTime) {
   const config::Timing times = talk->LeastTimes(character);
   EXPECT_EQ(times.quiet, 5 * 7 * character);
   EXPECT_EQ(times.reply, 2 * 5 * 7 * character + 5 * 100ms + 200ms);
-  EXPECT_EQ(talk->WhatIsLearned(), "timeouts multiplied by its multiplier 5");
+  EXPECT_EQ(talk->WhatIsLearned(), "timeouts are multiplied by the meter's multiplier 5");
   talk.Run(Poll(0), Script({"00 00"}));
   EXPECT_FALSE(talk->LeastTimes(character).reply) << "0 counts as 1";
   talk.Run(Poll(0), Script({"00 05"}));

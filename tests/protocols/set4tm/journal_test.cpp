@@ -105,11 +105,11 @@ TEST(Journal, WithoutAZoneTheTimeOfTheMeterIsAText) {
 TEST(Journal, BeginAndEndOfSummerTimeAreDecoded) {
   EXPECT_EQ(Told(kBerlin, 0x05, "59 59 01 07 25 10 26"), Events{"E51 2026-10-24T23:59:59"});
   EXPECT_EQ(Told(kBerlin, 0x05, "00 30 02 07 25 10 26"),
-            Events{"E51 2026-10-25T01:30:00 or an hour earlier"});
+            Events{"E51 2026-10-25T01:30:00 the true time may be an hour earlier"});
   EXPECT_EQ(Told(kBerlin, 0x05, "00 00 03 07 25 10 26"), Events{"E51 2026-10-25T02:00:00"});
   EXPECT_EQ(Told(kBerlin, 0x05, "59 59 01 07 29 03 26"), Events{"E51 2026-03-29T00:59:59"});
   EXPECT_EQ(Told(kBerlin, 0x05, "00 30 02 07 29 03 26"),
-            Events{"E51 2026-03-29T01:30:00 its clock was not set to summer time"});
+            Events{"E51 2026-03-29T01:30:00 the meter's clock was not set to summer time"});
   EXPECT_EQ(Told(kBerlin, 0x05, "00 00 03 07 29 03 26"), Events{"E51 2026-03-29T01:00:00"});
   EXPECT_EQ(Told(kBerlin, 0x05, "59 59 23 04 31 12 26"), Events{"E51 2026-12-31T22:59:59"});
 }

@@ -247,7 +247,7 @@ TEST_F(LatchLine, AMeterThatMissedABroadcastShowsNoLatchedValue) {
   EXPECT_EQ(line->QualityOf(1, kLatched), Quality(Quality::bad_waiting, Reason::not_ready));
   EXPECT_TRUE(IsBad(line->QualityOf(1, kSentAt)));
   EXPECT_TRUE(Good(1, kLive));
-  EXPECT_NE(line->StatusOf(1).learned.find("missed the latest latch"), std::string::npos);
+  EXPECT_NE(line->StatusOf(1).learned.find("missed the latest latch broadcast"), std::string::npos);
   deaf[1] = false;
   line->RunFor(60s);
   EXPECT_TRUE(Good(1, kLatched));

@@ -62,7 +62,7 @@ TEST(Set4tmLine, FloatsAreReadTogetherAutomatically) {
   EXPECT_EQ(line.ValueOf(0, kCurrent), Value(5.0));
   EXPECT_EQ(Count(line, "08 1B"), 0U);
   EXPECT_GE(Count(line, "08 23"), 58U);
-  EXPECT_EQ(line.StatusOf(0).learned, "floats together (08 23)");
+  EXPECT_EQ(line.StatusOf(0).learned, "floats are read together (08 23)");
 }
 
 TEST(Set4tmLine, SilenceToATrialCostsOneExchangeOnly) {

@@ -181,7 +181,7 @@ TEST(LoadSession, ReadsTheHistoryAndThenNewRecords) {
   service.Run(10 * 24h);
   service.ExpectAll();
   EXPECT_TRUE(service.gaps.empty());
-  EXPECT_EQ(service.session().Shown(), "load_1 read to 2026-09-16T00:30:00.000Z");
+  EXPECT_EQ(service.session().Shown(), "load_1 is read up to 2026-09-16T00:30:00.000Z");
 }
 
 TEST(LoadSession, ReadsAtMostThreeHoursPerExchange) {

@@ -38,7 +38,7 @@ TEST(Set4tmSession, ReopensOnceOnAClosedChannel) {
   EXPECT_THAT(TakeAsked(talk), ElementsAre("08 1B 00 11", "01", "08 1B 00 11"));
   answer = talk.Run(Poll(0), Script({"05", "00", "05"}));
   EXPECT_EQ(answer.outcome, Outcome::refused);
-  EXPECT_THAT(answer.reason, HasSubstr("the channel is closed again"));
+  EXPECT_THAT(answer.reason, HasSubstr("the meter closed the channel right after it was opened"));
   EXPECT_EQ(TakeAsked(talk).size(), 3U);
 }
 
@@ -205,7 +205,7 @@ TEST(Set4tmSnapshotTrial, AGoodReplyEnablesReadsByMask) {
   ASSERT_EQ(answer.readings.size(), 3U) << "and its values count";
   EXPECT_EQ(std::get<double>(answer.readings[0].value), 873.25);
   EXPECT_EQ(talk->Queries().size(), 2U);
-  EXPECT_EQ(talk->WhatIsLearned(), "floats together (08 23)");
+  EXPECT_EQ(talk->WhatIsLearned(), "floats are read together (08 23)");
   talk.Run(Poll(0), Script({std::string("02 ") + kThree}));
   EXPECT_THAT(TakeAsked(talk), ElementsAre(kMaskedRead, "08 23 02 00 00 00 00 00 02 00 00 03"));
 }

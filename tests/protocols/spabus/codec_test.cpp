@@ -347,7 +347,8 @@ TEST(SpaValue, RoundsToTheDecimalsOfThePoint) {
   EXPECT_EQ(EncodedWith(9, 0.123456789), "0.12345679") << "more a float32 does not hold";
   EXPECT_EQ(EncodedWith(2, 208.1 / 400, 400), "0.52") << "they are counted on the wire";
   EXPECT_EQ(EncodedWith(2, 0.004),
-            "error: 0.004, rounded to the 2 decimals of 'p_S1', is 0: too small to be written");
+            "error: 0.004, rounded to the 2 decimals of 'p_S1', is 0: the number is too small to "
+            "be written");
 }
 
 TEST(SpaValue, RoundingStaysWithinTheLimits) {
@@ -419,7 +420,7 @@ TEST(SpaChannels, AreReadAsARange) {
   ASSERT_EQ(answer.readings.size(), 3U);
   EXPECT_EQ(answer.readings[2].point, 2U);
   EXPECT_EQ(ToDouble(answer.readings[2].value), 3);
-  EXPECT_EQ(talk->WhatIsLearned(), "several channels in one request");
+  EXPECT_EQ(talk->WhatIsLearned(), "it accepts several channels in one request");
 }
 
 TEST(SpaChannels, AreReadOneByOneIfARangeIsRefused) {
@@ -428,7 +429,7 @@ TEST(SpaChannels, AreReadOneByOneIfARangeIsRefused) {
     Asked(talk, Poll(0));
     EXPECT_EQ(Hear(talk, Poll(0), refusal).then, Then::replan);
     EXPECT_EQ(AllRequests(talk), (Texts{">1R1I1:", ">1R2I1:", ">1R3I1:"})) << refusal;
-    EXPECT_EQ(talk->WhatIsLearned(), "one channel in one request");
+    EXPECT_EQ(talk->WhatIsLearned(), "it accepts only one channel in one request");
   }
   for (const Outcome outcome : {Outcome::no_reply, Outcome::unexpected}) {
     Talk talk(SpabusProtocol(), MakeDevice(ThreeChannels()));

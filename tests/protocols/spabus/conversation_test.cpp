@@ -126,7 +126,7 @@ TEST(SpaConversation, AFullInputBufferReducesTheItemsOfAllRequests) {
   EXPECT_EQ(answer.outcome, Outcome::busy);
   EXPECT_EQ(answer.then, Then::replan);
   EXPECT_EQ(AllRequests(talk), (Texts{">1RI1/2:", ">1RI3/4:", ">1RI5:"}));
-  EXPECT_EQ(talk->WhatIsLearned(), "at most 2 items in one request");
+  EXPECT_EQ(talk->WhatIsLearned(), "it accepts at most 2 items in one request");
   talk->OnReconnect();
   EXPECT_EQ(talk->WhatIsLearned(), "") << "it may be another device now";
 }
@@ -171,7 +171,7 @@ TEST(SpaConversation, ReportsTheLearnedChecksums) {
   Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1")}));
   Asked(talk, Poll(0));
   talk.Reply(Poll(0), Sealed("<1D:0.5:", "XX"));
-  EXPECT_EQ(talk->WhatIsLearned(), "XX instead of its checksums");
+  EXPECT_EQ(talk->WhatIsLearned(), "it sends XX instead of checksums");
   Asked(talk, Poll(0));
   Hear(talk, Poll(0), "<1D:0.5:");
   EXPECT_EQ(talk->WhatIsLearned(), "");

@@ -98,7 +98,7 @@ TEST(SpaWriteSeveral, ADeviceThatRefusesARangeGetsSingleWrites) {
     Asked(talk, ThreeSettings());
     EXPECT_EQ(Hear(talk, ThreeSettings(), refusal).outcome, Outcome::unexpected);
     EXPECT_EQ(talk->WritesTogether(writes), 1U);
-    EXPECT_EQ(talk->WhatIsLearned(), "one value in one write");
+    EXPECT_EQ(talk->WhatIsLearned(), "it accepts only one value in one write");
     talk->OnReconnect();
     EXPECT_EQ(talk->WritesTogether(writes), 2U) << "another device may be there now";
   }

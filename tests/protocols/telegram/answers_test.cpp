@@ -130,7 +130,7 @@ points:
   EXPECT_EQ(said("42 4D 00 07 02 00 98"), "level bad; ok false good");
   const Answer unknown =
       AnswerTo(TelegramProtocol(), device, ToBytes("D"), *ParseHex("42 4D 00 07 02 00 98"));
-  EXPECT_EQ(unknown.reason, "'state' says '0x02', which is not in the codes of its profile");
+  EXPECT_EQ(unknown.reason, "'state' contains '0x02', which is not in the codes of its profile");
   EXPECT_FALSE(unknown.remedy.empty()) << "status quotes it with that";
 }
 
@@ -227,11 +227,11 @@ TEST(TelegramAnswers, AnInvalidNumberIsExplained) {
     std::string came;
     std::string reason;
   } rows[] = {
-      {"decimal", "12,50", "it sends decimal commas ('12,50')"},
+      {"decimal", "12,50", "its numbers have a decimal comma ('12,50')"},
       {"+07.3f", "+012.50", "it sends 2 decimals, but 3 are described ('+012.50')"},
       {"+07.3f", "+12.500", ""},
       {"+07.3f", "+2.500", "it sends 6 characters, but 7 are described ('+2.500')"},
-      {"decimal", "12.5 m", "'12.5 m' is in the place of 'level', which must be a number"},
+      {"decimal", "12.5 m", "'12.5 m' comes in the place of 'level', which must be a number"},
       {"decimal", "----", ""},
   };
   for (const auto& row : rows) {
@@ -515,7 +515,7 @@ TEST(TelegramUnits, AnUncheckedTextNextToANumberIsWarnedAbout) {
         config::DeviceFromProfile(loaded.profile, TelegramProtocol(), "device", "1");
     const auto doubts = TelegramProtocol().doubts(device);
     const bool said = std::ranges::any_of(doubts, [](const ConfigRemark& doubt) {
-      return doubt.text.find("nothing checks this text") != std::string::npos;
+      return doubt.text.find("this text is not checked") != std::string::npos;
     });
     EXPECT_EQ(said, doubted) << receive << " " << came;
   }

@@ -136,7 +136,7 @@ TEST(TelegramRecognise, ReportsUnexpectedReplies) {
        "its messages carry no check value ('$WIMWV,214.8,R,0.1,N,A')"},
       {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A*0A\r\n", bad_check, "a text"},
       {"owen-mv110-8a-telegrams", "#0386\r", ">+04.803+02.819F3\r", other_form,
-       "2 of the 8 described numbers came ('>+04.803+02.819F3')"},
+       "2 of the 8 numbers in the profile came ('>+04.803+02.819F3')"},
       {"owen-mv110-8a-telegrams", "#0386\r",
        ">+04.800+02.810-00.720+00.350+09.000-09.300+03.200+07.100\r", other_setting,
        "its replies carry no check value ('>+04.800+02.810-00.720+0...')"},
@@ -146,10 +146,10 @@ TEST(TelegramRecognise, ReportsUnexpectedReplies) {
       {"lauda-thermostat", "IN_PV_00\r\n", "PV 24.60 C\r\n", other_form,
        "its reply to value is not as described ('PV 24.60 C')"},
       {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A*09\r\n", bad_check,
-       "its check value is computed otherwise (xor8 over other characters fits)"},
+       "its check value is computed in another way (xor8 over other characters fits)"},
       {"owen-mv110-8a-telegrams", "#0386\r",
        ">+04.800+02.810-00.720+00.350+09.000-09.300+03.200+07.1003E\r", bad_check,
-       "its check value is computed otherwise (xor8 fits)"},
+       "its check value is computed in another way (xor8 fits)"},
   };
   for (const auto& row : rows) {
     const Finding finding = LookAtTelegram(row.profile, row.request, row.heard);
@@ -161,8 +161,8 @@ TEST(TelegramRecognise, ReportsUnexpectedReplies) {
 /// Damage would give a different difference each time.
 TEST(TelegramRecognise, ReportsAConstantDifferenceOfACheckValue) {
   const std::string remedy =
-      "the check value differs from xor8 always by 27: does the profile fit the firmware of the "
-      "device?";
+      "the check value differs from xor8 always by 27: check whether the profile fits the firmware "
+      "of the device";
   for (const char* const heard :
        {"$WIMWV,214.8,R,0.1,N,A*0A\r\n", "$WIMWV,215.8,R,0.1,N,A*0B\r\n"}) {
     EXPECT_EQ(LookAtTelegram("nmea-0183-weather", "", heard).remedy, remedy);

@@ -253,7 +253,7 @@ void Listener::Welcome(tcp::socket socket) {
   const std::string name = NameOf(peer);
   const PeerAddress address = AddressOf(peer.address());
   if (!Allows(listener_.allow, address)) {
-    return Refuse(name, "its address is not in the allow list");
+    return Refuse(name, "its address is not in 'allow' of this listener (modbus.listen)");
   }
   if (sessions_.size() >= MostClients() && !MakeRoom(name, ReadClocks().instant)) {
     return Refuse(

@@ -238,13 +238,14 @@ TEST_F(DiagnoseTest, ADeviceThatBeginsToRefuseIsNotAskedForItsProfile) {
   device().queries = {{.first_point = 0, .points = 2, .refused = 3, .symptom = Symptom::refusal}};
   record_.points[0].value = 1.5;
   Ended(Outcome::unsupported, Symptom::refusal, 3, "",
-        {.cause = "the module answers '?01' to #", .remedy = "does the profile fit the module?"});
+        {.cause = "the module answers '?01' to #",
+         .remedy = "check whether the profile fits the module"});
   Looked(device(), Symptom::clean, 4);
   EXPECT_EQ(Say()[0],
             "it says 'the module answers '?01' to #' to 3 of 32 requests. It has answered before: "
             "check whether the device or its settings were changed, or restart it");
   device().outcomes[static_cast<std::size_t>(Outcome::ok)] = 0;
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("Does the profile fit the module?"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("Check whether the profile fits the module"));
 }
 
 TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesIsBlamedOnTheConverter) {

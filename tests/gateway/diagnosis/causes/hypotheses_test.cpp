@@ -279,7 +279,7 @@ TEST_F(HypothesesTest, MisfitsAmongMostlyGoodMessagesAreReportedAsDamage) {
 
 TEST_F(HypothesesTest, UnaskedMessagesThatDoNotFitNameTheirCause) {
   const Finding length = {.cause = "its messages have 11 characters", .remedy = "set length"};
-  const Finding fits = {.cause = "its check value is computed otherwise (xor8 fits)",
+  const Finding fits = {.cause = "its check value is computed in another way (xor8 fits)",
                         .remedy = "write checksum: xor8"};
   const Finding differs = {.cause = "a text", .remedy = "it differs always by 24"};
   const struct {
@@ -292,8 +292,8 @@ TEST_F(HypothesesTest, UnaskedMessagesThatDoNotFitNameTheirCause) {
        "characters are missing in some of its messages. Check for a bad wire"},
       {bytes_lost, length, false, "its messages have 11 characters. Set length"},
       {bad_check, fits, false,
-       "its check value is computed otherwise (xor8 fits). Write checksum: xor8"},
-      {bad_check, fits, true, "its check value is computed otherwise (xor8 fits)"},
+       "its check value is computed in another way (xor8 fits). Write checksum: xor8"},
+      {bad_check, fits, true, "its check value is computed in another way (xor8 fits)"},
       {bad_check, differs, false,
        "its check value is computed in another way. It differs always by 24"},
       {bad_check, differs, true, "they come damaged"},

@@ -142,7 +142,7 @@ TEST_F(Scan, AForeignMasterIsDetectedAndNothingIsSent) {
   bench.master = {ToBytes(">2RI1:02\r"), k7E1};
   bench.master->request = ToBytes(">2RI1:" + HexByte(Xor8(ToBytes(">2RI1:"))) + "\r");
   Run(WishFor());
-  EXPECT_THAT(seen.told, ElementsAre(AllOf(HasSubstr("another master speaks"), HasSubstr("slave 2"),
+  EXPECT_THAT(seen.told, ElementsAre(AllOf(HasSubstr("another master sends"), HasSubstr("slave 2"),
                                            HasSubstr("spabus, 9600 7E1"))));
   EXPECT_THAT(bench.sent, IsEmpty());
   EXPECT_FALSE(report.ended);
@@ -157,7 +157,7 @@ TEST_F(Scan, ScanningOverTrafficFindsTheSameDevices) {
   std::erase_if(lines,
                 [](const std::string& line) { return line.starts_with("dcon 9600 8N1 9 "); });
   EXPECT_EQ(lines, TheTwelve());
-  EXPECT_THAT(report.remarks, Contains(HasSubstr("another master speaks")));
+  EXPECT_THAT(report.remarks, Contains(HasSubstr("another master sends")));
   ExpectReadsOnly(bench);
 }
 

@@ -159,7 +159,7 @@ TEST_F(RenewalTest, APortInUseIsNamedAndNothingChanges) {
   taken.port = server_->port(1);
   const auto port = server_->OpenPort(taken);
   ASSERT_FALSE(port.ok());
-  EXPECT_THAT(port.error(), HasSubstr("address already in use; stop the other program"));
+  EXPECT_THAT(port.error(), HasSubstr("address already in use; stop the program that uses it"));
   EXPECT_EQ(Ask(client, 1, kOwn), "03 02 FF FE");
 }
 

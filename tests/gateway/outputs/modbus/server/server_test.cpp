@@ -145,7 +145,7 @@ TEST_F(ServerTest, AnUnknownAddressIsAClearError) {
   ModbusServer server(config_, *store_, sink_, {});
   const Status status = server.Listen(io_);
   ASSERT_FALSE(status.ok());
-  EXPECT_EQ(status.error(), "192.0.2.1:0: this machine has no such address; check modbus.listen");
+  EXPECT_EQ(status.error(), "192.0.2.1:0: this machine has no such address; correct modbus.listen");
 }
 
 /// Runs in a separate process, because it overwrites descriptor 3.
