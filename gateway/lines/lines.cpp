@@ -178,8 +178,8 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
     if (!one.runner->StopBefore(deadline)) {
       one.runner->Retire();
       log::Warn({.line = config->name},
-                "a call of its driver does not return, so the line cannot be stopped and is "
-                "abandoned. Check its adapter (dmesg)");
+                "the driver of the port does not return from a call, so the line cannot be stopped "
+                "and is abandoned. Check its adapter (dmesg)");
       hanging_.push_back(std::move(one.runner));
       continue;
     }

@@ -132,7 +132,7 @@ bool IsFile(int open, const fs::path& file) {
 
 std::string HowToMake(const fs::path& folder, int error) {
   if (error == ENOTDIR || error == EEXIST)
-    return "; this path is a file: set a folder in gateway.state";
+    return "; a part of this path is a file: set another path in gateway.state";
   if (error != EACCES && error != EPERM) return {};
   const std::string user = NameOfUser(::geteuid());
   return fmt::format("; create the folder: sudo install -d -o {} {}", user, folder.string());

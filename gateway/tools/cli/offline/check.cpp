@@ -28,11 +28,12 @@ std::optional<config::Problem> WhyTakenBack(const std::string& file, const confi
   const auto text = ReadWhole(file);
   if (!text || !kept.IsUnconfirmed(*text)) return std::nullopt;
   const std::string copy = kept.confirmed_file().string();
-  const std::string why =
-      kept.trial() == reload::KeptConfigs::Trial::running
-          ? "is on trial, and is taken back unless you confirm it with 'baudgate confirm'"
-          : "was taken back: " + kept.why_taken_back() + "; " + copy +
-                " runs until you change this file (to compare: diff " + copy + " " + file + ")";
+  const std::string why = kept.trial() == reload::KeptConfigs::Trial::running
+                              ? "is on trial: the gateway goes back to the confirmed configuration "
+                                "unless you run 'baudgate confirm'"
+                              : "is not in use: " + kept.why_taken_back() + "; " + copy +
+                                    " runs until you change this file (to compare: diff " + copy +
+                                    " " + file + ")";
   return config::Problem{{file, 0, 0}, why, true};
 }
 
