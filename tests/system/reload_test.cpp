@@ -410,7 +410,7 @@ TEST_F(ReloadLimits, AReloadOfAPipeIsRefusedWithoutWaiting) {
   ASSERT_EQ(::mkfifo(file().c_str(), 0600), 0);
   const Finished reload = Ask({"reload"});
   EXPECT_EQ(reload.code, 2);
-  EXPECT_THAT(reload.errors, HasSubstr("is no regular file"));
+  EXPECT_THAT(reload.errors, HasSubstr("is not a regular file"));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
