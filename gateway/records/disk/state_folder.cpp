@@ -182,7 +182,7 @@ bool KeepsEvents(const config::Config& config) {
 
 std::string WhatIsKept(const config::Config& config, const config::Catalog& catalog) {
   if (RoutesWrite(config)) {
-    return "writes through routes; none where every listener has write: deny";
+    return "writes through routes, unless every listener has write: deny";
   }
   if (CanWrite(config)) return "writes";
   if (KeepsEvents(config)) return "events";
@@ -193,7 +193,7 @@ std::string WhatIsKept(const config::Config& config, const config::Catalog& cata
       return remembers != nullptr && remembers(device);
     });
   });
-  return remembered ? "what is remembered of devices" : "";
+  return remembered ? "data learned from devices" : "";
 }
 
 StatePlaces StatePlaces::Here(const std::string& configured) {

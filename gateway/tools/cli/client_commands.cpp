@@ -99,8 +99,8 @@ void AddTrace(CLI::App& app, Action& action) {
   auto options = std::make_shared<TraceOptions>();
   command->add_option("LINE", options->line, "Line")->required();
   command->add_option("--device", options->device, "Show this device only");
-  auto* last =
-      command->add_flag("--last", options->last, "Show the last frames from the flight recorder");
+  auto* last = command->add_flag("--last", options->last,
+                                 "Show the last frames that the gateway has recorded");
   command->add_flag("--bytes", options->bytes,
                     "Show bytes as they arrive instead of decoded frames");
   AddSeconds(*command, options->seconds)->excludes(last);

@@ -339,7 +339,7 @@ Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
   if (equals == std::string_view::npos) {
     return Error{"key " + std::string(key) + " has no value; write " + std::string(key) + "=…"};
   }
-  if (!given.insert(key).second) return Error{std::string(key) + "= is there twice"};
+  if (!given.insert(key).second) return Error{std::string(key) + "= is given twice"};
   const std::string_view value = setting.substr(equals + 1);
   if (const Status status = SetKey(fault, keys, key, value); !status) {
     return Error{std::string(key) + "=" + std::string(value) + ": " + status.error()};

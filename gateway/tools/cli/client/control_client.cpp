@@ -45,7 +45,7 @@ int ConnectTo(const std::string& path) {
 
 Error Denied(const std::string& path) {
   return {"permission denied at " + path +
-          "; join the group that owns it (usually 'baudgate'), or use sudo"};
+          "; join the group of this socket (usually 'baudgate'), or use sudo"};
 }
 
 std::string Listed(const std::vector<std::string>& words, std::string_view separator) {

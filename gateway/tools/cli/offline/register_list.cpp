@@ -185,7 +185,7 @@ class ListReader {
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
       const auto column = ColumnNamed(row.cells[i]);
       if (column && !columns_.emplace(*column, i).second) {
-        Error(row.line, "column " + Quoted(row.cells[i]) + " is there twice, or under two names");
+        Error(row.line, "column " + Quoted(row.cells[i]) + " occurs twice, or under two names");
       }
       if (!column && !row.cells[i].empty()) {
         list_.warnings.push_back(file_ + ":" + std::to_string(row.line) + ": column " +
@@ -273,7 +273,7 @@ class ListReader {
     if (!usable && point.description.empty()) point.description = given;
     const auto [first, is_new] = names_.emplace(Lower(point.name), row.line);
     if (!is_new) {
-      Error(row.line, "point " + Quoted(point.name) + " is there twice, first in line " +
+      Error(row.line, "point " + Quoted(point.name) + " occurs twice, first in line " +
                           std::to_string(first->second) + "; give one of them another name");
     }
   }

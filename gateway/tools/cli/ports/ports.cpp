@@ -282,7 +282,7 @@ void AddAdvice(const PortsPlace& place, Row& row) {
   }
   if (port.twin) {
     row.advice.push_back(
-        fmt::format("another adapter has the same serial number {}; use the name by place "
+        fmt::format("another adapter has the same serial number {}; use the name by USB socket "
                     "(/dev/serial/by-path)",
                     port.serial));
   }
@@ -344,7 +344,7 @@ std::string AdapterText(const FoundPort& port) {
 }
 
 void PrintTable(const std::vector<Row>& rows, std::ostream& out) {
-  TextTable table({"port", "driver", "adapter", "held by", "name that stays"});
+  TextTable table({"port", "driver", "adapter", "held by", "stable name"});
   for (const Row& row : rows) {
     table.Add({row.port.path(), row.port.driver, AdapterText(row.port), Joined(row.held_by),
                row.port.links.empty() ? "" : row.port.links.front()});

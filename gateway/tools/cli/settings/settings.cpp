@@ -323,7 +323,7 @@ class Restore {
     } else {
       Tell(err_, row,
            here != nullptr ? "written, but the relay shows " + *here->value
-                           : "written, not read back");
+                           : "written, but not read back in time; compare the settings again");
     }
   }
 

@@ -246,9 +246,11 @@ Status CheckFit(const Sheet& file, const Sheet& now) {
                                    " in this file, but item " + here->item + " of " + now.target());
     }
     if (here->unit != filed.unit || !IsNear(here->scale, filed.scale)) {
-      return Wrong(filed.mark, quoted(filed.point) + " is in " + UnitOf(filed) +
-                                   " in this file, but in " + UnitOf(*here) + " of " +
-                                   now.target() + ": its `ratios` or `scale` have changed");
+      return Wrong(
+          filed.mark,
+          quoted(filed.point) + " is in " + UnitOf(filed) + " in this file, but in " +
+              UnitOf(*here) + " of " + now.target() +
+              ": its `ratios` or `scale` have changed; set them back, or dump the settings again");
     }
   }
   return {};

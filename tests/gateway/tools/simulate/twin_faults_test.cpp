@@ -280,7 +280,7 @@ TEST(FaultText, ErrorsListTheAllowedWords) {
   EXPECT_THAT(ErrorOf("death:rate=0.5"), HasSubstr("allowed: after, for, every"));
   EXPECT_THAT(ErrorOf("loss:"), HasSubstr("fault loss: unknown key ''"));
   EXPECT_THAT(ErrorOf("loss:rate"), HasSubstr("key rate has no value"));
-  EXPECT_THAT(ErrorOf("loss:seed=1,seed=2"), HasSubstr("seed= is there twice"));
+  EXPECT_THAT(ErrorOf("loss:seed=1,seed=2"), HasSubstr("seed= is given twice"));
   EXPECT_THAT(ErrorOf("loss:rate=2"), HasSubstr("fault loss: rate=2: write a number from 0"));
   EXPECT_THAT(ErrorOf("loss:rate=often"), HasSubstr("rate=often: write a number from 0"));
   EXPECT_THAT(ErrorOf("loss:seed=-1"), HasSubstr("seed=-1: write a whole number from 0"));

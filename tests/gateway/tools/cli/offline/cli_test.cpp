@@ -278,7 +278,8 @@ TEST(Profiles, AreListedAndDescribed) {
   };
   const Ran list = run("", tools::ProfileFormat::table);
   EXPECT_THAT(list.out, HasSubstr("fake      relay    3       Fake relay\n"));
-  EXPECT_THAT(list.out, HasSubstr("fake      broken   2       (bad; see profiles NAME)\n"));
+  EXPECT_THAT(list.out,
+              HasSubstr("fake      broken   2       (has errors; run 'baudgate profiles NAME')\n"));
   const Ran one = run("relay", tools::ProfileFormat::table);
   EXPECT_THAT(
       one.out,

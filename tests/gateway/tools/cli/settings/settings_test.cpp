@@ -328,7 +328,8 @@ TEST_F(SettingsTest, AFailedReadBackIsReportedOnce) {
   writer_.read_back = false;
   EXPECT_EQ(Restore(true), 3);
   EXPECT_THAT(out_.str(), Not(HasSubstr("xIn: written")));
-  EXPECT_THAT(err_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written, not read back\n"));
+  EXPECT_THAT(err_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written, but not read back in time; "
+                                    "compare the settings again\n"));
 }
 
 TEST_F(SettingsTest, ASignalEndsARestoreBetweenTwoSettings) {
