@@ -108,8 +108,8 @@ Result<std::string> SystemLog() {
   std::string text = Run(kCommand).output;
   if (!text.empty()) return text;
   return Error{
-      "journalctl shows no line of the service: the service is not installed, systemd does not run "
-      "the gateway, or you may not read the journal (group adm or systemd-journal, or sudo)"};
+      "journalctl shows no line of the service baudgate. Check that systemd runs the gateway, and "
+      "that you may read the journal (group adm or systemd-journal, or sudo)"};
 }
 
 namespace {

@@ -441,9 +441,9 @@ int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catal
     return RegistersOf(point.form) > 1 && !point.form.starts_with("string") && point.order.empty();
   });
   if (wide) {
-    err << "note: values of several registers are read high word first; if the manual says CDAB, "
-           "\"low word first\" or \"swapped\", add the line 'order: CDAB' to the profile, "
-           "or a column 'order' to the list\n";
+    err << "note: values of several registers are read high word first. If the manual says CDAB, "
+           "\"low word first\" or \"swapped\", add the line 'order: CDAB' to the profile, or a "
+           "column 'order' to the list\n";
   }
   return kExitDone;
 }

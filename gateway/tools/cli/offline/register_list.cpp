@@ -342,12 +342,12 @@ class ListReader {
     const auto place = ParseRegister(given);
     if (!place) {
       const bool modicon = first_ == FirstRegister::modicon;
-      return Error(row.line, "register " + Quoted(given) + " is not valid" +
-                                 (modicon ? ": 40001 is the first holding register; write "
-                                            "40001 to 49999 or, in six digits, 400001 to 465536; "
-                                            "input registers begin at 30001 or 300001, discrete "
-                                            "inputs at 10001 or 100001, coils at 1"
-                                          : "; write a number, or for example 'input 3'"));
+      return Error(row.line,
+                   "register " + Quoted(given) + " is not valid" +
+                       (modicon ? ". Write 40001 to 49999 (or 400001 to 465536) for a holding "
+                                  "register; input registers begin at 30001 (300001), discrete "
+                                  "inputs at 10001 (100001), coils at 1"
+                                : "; write a number, or for example 'input 3'"));
     }
     if (!place->table.empty() && !column.empty() && place->table != column) {
       return Error(row.line, "register " + Quoted(given) + " is of table " + place->table +

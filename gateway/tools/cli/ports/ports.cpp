@@ -227,9 +227,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr char kNoPorts[] =
-    "This machine has no serial port. Plug an adapter in; if none appears, `sudo dmesg | tail` "
-    "shows what the kernel reports. Serial servers in the network need no port: "
-    "port: tcp://HOST:PORT.\n";
+    "This machine has no serial port. Plug an adapter in (if none appears, see `sudo dmesg | "
+    "tail`), or use a serial server in the network: port: tcp://HOST:PORT.\n";
 /// Recommended latency of an FTDI adapter, in ms. Its default, 16 ms, is long between two frames.
 constexpr int kShortLatency = 1;
 
