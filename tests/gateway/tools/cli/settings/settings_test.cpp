@@ -212,7 +212,7 @@ TEST_F(SettingsTest, AFileOfAnotherDeviceIsRefused) {
   for (const auto& [from, to, why] :
        {std::tuple("SPCJ 4D29", "SPCU 3D45", "'SPCU 3D45', but bay-1.feeder-1 is a"),
         {"spaj140c", "spau130c", "profile 'spau130c'"},
-        {"designation: \"SPCJ 4D29\"", "designation: \"\"", "does not say"},
+        {"designation: \"SPCJ 4D29\"", "designation: \"\"", "does not name the device"},
         {"item: \"S21\"", "item: \"S41\"", "is item S41 in this file, but item S21"},
         {"value: \"30.3\", unit: \"xIn\"", "value: \"30.3\", unit: \"A\"", "`ratios` or `scale`"},
         {"\"main_time\"", "\"mean_time\"", "has no setting 'mean_time'"}}) {
