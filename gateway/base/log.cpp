@@ -127,8 +127,9 @@ std::string RepeatText(const Folder::Repeat& repeat) {
         std::chrono::time_point_cast<std::chrono::system_clock::duration>(at.wall));
     return fmt::format("{:%H:%M:%S}", fmt::localtime(time));
   };
-  if (repeat.times == 1) return fmt::format("once more at {}: {}", shown(repeat.last), repeat.text);
-  return fmt::format("{} times more between {} and {}: {}", repeat.times, shown(repeat.first),
+  if (repeat.times == 1)
+    return fmt::format("repeated once at {}: {}", shown(repeat.last), repeat.text);
+  return fmt::format("repeated {} times between {} and {}: {}", repeat.times, shown(repeat.first),
                      shown(repeat.last), repeat.text);
 }
 

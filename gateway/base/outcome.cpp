@@ -29,7 +29,8 @@ WriteResult ResultOf(const WriteResult& whole, std::size_t place) {
   if (whole.tried <= whole.written || place < whole.tried) {
     return {.end = whole.end, .reason = whole.reason};
   }
-  return {.end = WriteEnd::not_sent, .reason = "another point of the same command was not written"};
+  return {.end = WriteEnd::not_sent,
+          .reason = "another point of the same write request was not written"};
 }
 
 }  // namespace baudgate

@@ -95,7 +95,7 @@ std::string_view Name(Reason reason) {
     case Reason::device_fault:
       return "device fault";
     case Reason::other_module:
-      return "not what the profile says";
+      return "the device does not match its profile";
     case Reason::swapped:
       return "the device was swapped";
     case Reason::password_refused:

@@ -67,7 +67,7 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
   }
   if (records::NeedsState(next, catalog) && !records.open()) {
     difference.restart.push_back("the recording of " + records::WhatIsKept(next, catalog) +
-                                 ", because its files are opened at a start only");
+                                 " (its files are opened only when the gateway starts)");
   } else if (records::KeepsEvents(next) && !records.keeps_events()) {
     difference.restart.emplace_back("the recording of events");
   }

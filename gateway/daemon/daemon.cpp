@@ -64,8 +64,8 @@ bool Daemon::Stop() {
   const std::vector<std::string> hang = impl_->lines.Stop();
   for (const std::string& line : hang) {
     log::Warn({.line = line},
-              "a call of its driver does not return, so the line cannot be stopped. The gateway "
-              "ends without waiting for the line");
+              "the driver of the port does not return from a call, so the line cannot be stopped. "
+              "The gateway ends without waiting for the line");
   }
   impl_->host_clock.reset();
   if (hang.empty()) impl_->EndLines();
@@ -171,7 +171,8 @@ void Daemon::Impl::AddLine(std::shared_ptr<const config::Line> line,
     if (made) own = *std::move(made);
     if (!made)
       log::Warn(
-          "{}; the line shares a thread, and the lines of that thread wait while its driver blocks",
+          "{}. This line shares a thread with other lines, so they stand still while the driver of "
+          "its port blocks",
           made.error());
   }
   lines.Add(std::move(line), std::move(own));

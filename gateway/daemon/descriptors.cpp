@@ -63,9 +63,9 @@ std::size_t ViewerShare(const outputs::DescriptorNeeds& needs, std::size_t limit
 
 std::string ExplainClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit) {
   return fmt::format(
-      "at most {} clients can connect, not {}: the process may open {} files, and reserves {} of "
-      "them for ports and sockets. Raise LimitNOFILE of the service (ulimit -Hn) to {}, or lower "
-      "max_clients; until then each listener's max_clients is lowered in proportion",
+      "at most {} clients can connect, not {}, so each max_clients is lowered: the process may "
+      "open {} files, and needs {} of them for ports and sockets. Raise LimitNOFILE of the service "
+      "(ulimit -Hn) to {}, or lower max_clients",
       RoomForClients(needs, limit), needs.clients, limit, needs.others + ViewerShare(needs, limit),
       needs.all());
 }

@@ -14,7 +14,8 @@ namespace baudgate::daemon {
 
 namespace {
 
-constexpr const char* kNoAnswer = "cannot be read: its disk does not answer";
+constexpr const char* kNoAnswer =
+    "cannot be read, because its disk does not answer; check the disk (dmesg)";
 
 }  // namespace
 
@@ -29,7 +30,8 @@ void ConfigFile::Look(std::function<void(const Text& text)> seen) {
 namespace {
 
 Error NoAnswer(const std::string& folder) {
-  return Error{folder + " cannot be used: its disk does not answer"};
+  return Error{folder +
+               " cannot be used, because its disk does not answer; check the disk (dmesg)"};
 }
 
 }  // namespace
@@ -97,10 +99,10 @@ control::ReloadAnswer Failed(int exit_code, std::string text) {
 }
 
 control::ReloadAnswer CanNotBeTakenBack(const Status& kept) {
-  return Failed(kCanNotBe,
-                "nothing was applied, because a restart could not go back to the confirmed "
-                "configuration: " +
-                    kept.error());
+  return Failed(
+      kCanNotBe,
+      "nothing was applied, because the confirmed configuration cannot be saved for a restart: " +
+          kept.error());
 }
 
 std::string NotKept(const Status& kept) {
@@ -252,7 +254,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   const Status kept = copies_.Keep(trial_.ToKeepWith(text, trial));
   if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
   const auto before = links_.healths();
-  options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
+  options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reading {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
   const std::string not_yet = NotYet(prepared.apply());
   trial_.Apply({text, std::make_shared<const config::Config>(std::move(next))});
@@ -361,8 +363,9 @@ void Reloader::OnFile(const Result<std::string>& text) {
 /// Applies the confirmed configuration again. The file is not written, because it belongs to the
 /// user.
 void Reloader::TakeBack(const std::string& why) {
-  options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=takes back {}",
-                              ReadClocks().instant.time_since_epoch() / 1us, options_.file));
+  options_.notify(fmt::format(
+      "RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=going back from {} to the confirmed configuration",
+      ReadClocks().instant.time_since_epoch() / 1us, options_.file));
   const config::Config& confirmed = *trial_.confirmed().config;
   reload::Difference difference = reload::Compare(*links_.running(), confirmed);
   links_.examine(confirmed, difference);

@@ -179,8 +179,8 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
     if (!one.runner->StopBefore(deadline)) {
       one.runner->Retire();
       log::Warn({.line = config->name},
-                "a call of the port's driver does not return, so the reload cannot stop the line "
-                "and drops it. Check the adapter (dmesg)");
+                "the driver of the port does not return from a call, so the line cannot be stopped "
+                "and is abandoned. Check its adapter (dmesg)");
       hanging_.push_back(std::move(one.runner));
       continue;
     }

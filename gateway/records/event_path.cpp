@@ -81,7 +81,7 @@ void AlarmService::OnRouted(const RoutedEnd& end, Now now) {
   if (answered && !IsNoTarget(end.reply)) {
     OnAnswered(unit, now);
   } else if (answered) {
-    OnUnanswered(unit, "the gateway there answers exception " + HexByte(end.reply.pdu[1]), now);
+    OnUnanswered(unit, "the remote gateway answers exception " + HexByte(end.reply.pdu[1]), now);
   } else if (end.slave == RoutedEnd::Slave::silent) {
     OnUnanswered(unit, WhyOf(end.reply.reason), now);
   }

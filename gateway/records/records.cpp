@@ -114,7 +114,7 @@ Status Records::Open(const config::Config& config, const Links& links) {
     return {};
   }
   log::Warn(
-      "state: {}: the data learned from devices is lost at the next start; set a folder in "
+      "state: {}: data learned from devices is lost at the next start. Set a folder in "
       "gateway.state",
       why_no_state_);
   return {};
@@ -181,7 +181,7 @@ void Records::StartHistory(const std::shared_ptr<const config::Config>& config,
   history::HistoryLog::Options options;
   options.config = config.get();
   options.store = &store;
-  options.why_no_folder = "no folder for the history: " + why_no_state_;
+  options.why_no_folder = "the history has no folder: " + why_no_state_;
   if (history_folder_) {
     options.folder = history_folder_->path();
     options.ready = ReadyOf(history_folder_);

@@ -67,7 +67,7 @@ TEST_F(Cli, MistypedArgumentsSuggestACorrection) {
       {{"simulate", "--baud", "9600", "7e1"}, "--baud \"9600 7e1\""},
       {{"ask", "127.0.0.1:4001", "00"}, "tcp://127.0.0.1:4001"},
       {{"bridge", "/dev/x", "--listen", "15364"}, "write 127.0.0.1:15364"},
-      {{"ask", "/dev/x", "SI", "--protocol", "telegram"}, "--profile is missing"},
+      {{"ask", "/dev/x", "SI", "--protocol", "telegram"}, "add --profile, because"},
   };
   for (const auto& [words, says] : kMeant) {
     const Finished wrong = Command(words);

@@ -152,7 +152,7 @@ TEST_F(Events, OfPointsAreAlarmsUntilTheyAreAcknowledged) {
   }
   const auto daemon = StartDaemon(yaml);
   ASSERT_TRUE(Eventually([&] { return count(1000001) == 2; })) << daemon->Errors();
-  EXPECT_THAT(Ask().output, HasSubstr("the run before was broken off"));
+  EXPECT_THAT(Ask().output, HasSubstr("the previous run ended unexpectedly"));
   EXPECT_EQ(alarms().front()["state"], "acknowledged");
   relay.reset();
   ASSERT_TRUE(Eventually([&] { return count(1000005) + count(1000009) > 0; })) << Ask().output;

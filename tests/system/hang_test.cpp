@@ -158,7 +158,8 @@ TEST_F(Hang, TheGatewayStopsWithoutALineThatHangs) {
   daemon_->Signal(SIGTERM);
   EXPECT_TRUE(held.EndsWithItsProcess());
   EXPECT_EQ(daemon_->WaitForEnd(), 0) << daemon_->Errors();
-  EXPECT_THAT(daemon_->Errors(), HasSubstr("line io: a call of its driver does not return"));
+  EXPECT_THAT(daemon_->Errors(),
+              HasSubstr("line io: the driver of the port does not return from a call"));
   EXPECT_TRUE(Eventually([&] { return last_quality("io-1") == 8; }));
   EXPECT_TRUE(Eventually([&] { return last_quality("bay-1") == 8; }));
 }

@@ -143,7 +143,7 @@ TEST_F(ReloadModbus, ARollbackRestoresListenersAndRoutes) {
   ASSERT_EQ(Reload(Of({kMoreUnits, kRoute}, {At(other)}), {"--confirm", "2s"}).code, 0);
   EXPECT_TRUE(ModbusClient(other).Holding(34, 5, 1).ok());
   EXPECT_FALSE(RawClient(more_).connected());
-  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "is not in use: nobody ran 'baudgate confirm' in time"));
   EXPECT_TRUE(Eventually([&] { return ModbusClient(more_).Holding(kUnit, 7, 1).ok(); }));
   EXPECT_FALSE(RawClient(other).connected());
   EXPECT_EQ(ModbusClient(port()).Holding(34, 5, 1).exception, kNoPath);
@@ -158,7 +158,7 @@ TEST_F(ReloadModbus, ARollbackOfASecondTrialReopensTheConfirmedPort) {
   const Finished second =
       Reload(Of({kRoute}, {"{ at: \"" + all + "\", allow: 10.0.0.0/8 }"}), {"--confirm", "2s"});
   ASSERT_EQ(second.code, 0) << second.errors;
-  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "is not in use: nobody ran 'baudgate confirm' in time"));
   EXPECT_TRUE(Eventually([&] { return ModbusClient(more_).Holding(kUnit, 7, 1).ok(); }));
   EXPECT_EQ(Status()["modbus"]["closed"].size(), 0U);
 }

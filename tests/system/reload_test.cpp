@@ -150,28 +150,29 @@ TEST_F(Reload, AnUnconfirmedTrialIsRolledBackAndStaysRolledBack) {
   EXPECT_THAT(reload.output, HasSubstr("baudgate confirm"));
   EXPECT_FALSE(Status()["configuration"]["confirm_until"].is_null());
   EXPECT_THAT(Ask({"status"}).output, HasSubstr("configuration: is on trial"));
-  ASSERT_TRUE(EventuallyLogged(*daemon, "nobody has confirmed it in time"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "nobody ran 'baudgate confirm' in time"));
   ASSERT_TRUE(Eventually([&] { return Status()["configuration"]["not_the_file"] != ""; }));
   EXPECT_FALSE(RunsSlower());
-  EXPECT_THAT(Ask({"status"}).output, HasSubstr("was taken back: nobody has confirmed it"));
+  EXPECT_THAT(Ask({"status"}).output, HasSubstr("is not in use: nobody ran 'baudgate confirm'"));
   EXPECT_EQ(ReadWholeFile(file()), WithSlowerIo()) << "the file is the user's";
   const Finished check = Command({"check", "-c", file().string()});
   EXPECT_EQ(check.code, 0);
-  EXPECT_THAT(check.errors, HasSubstr("was taken back: nobody has confirmed it"));
+  EXPECT_THAT(check.errors, HasSubstr("is not in use: nobody ran 'baudgate confirm'"));
   EXPECT_EQ(Ask({"confirm"}).code, 2);
   for (const char* dry : {"--dry-run", ""}) {
     const Finished again = Ask(*dry == 0 ? std::vector<std::string>{"reload"}
                                          : std::vector<std::string>{"reload", dry});
     EXPECT_EQ(again.code, 2);
-    EXPECT_THAT(again.errors, AllOf(HasSubstr("was taken back: nobody has confirmed it in time"),
-                                    HasSubstr("to try the file again")));
+    EXPECT_THAT(again.errors,
+                AllOf(HasSubstr("is not in use: nobody ran 'baudgate confirm' in time"),
+                      HasSubstr("to try the file again")));
   }
 
   for (int start = 0; start < 2; ++start) {
     daemon->Signal(SIGTERM);
     ASSERT_EQ(daemon->WaitForEnd(10s), 0);
     daemon = StartDaemon(WithSlowerIo());
-    EXPECT_THAT(daemon->Errors(), HasSubstr("was taken back"));
+    EXPECT_THAT(daemon->Errors(), HasSubstr("is not in use"));
     EXPECT_FALSE(RunsSlower());
   }
   daemon->Signal(SIGTERM);
@@ -210,7 +211,7 @@ TEST_F(Reload, ATrialContinuesAfterOtherReloads) {
   const Finished other_time = Ask({"reload", "--confirm", "2s"});
   EXPECT_THAT(other_time.output,
               HasSubstr("the gateway goes back to the confirmed configuration in 2s"));
-  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "is not in use: nobody ran 'baudgate confirm' in time"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: restarts: poll of io-1"));
   SetFile(YamlWithSocket());
   EXPECT_EQ(Ask({"reload"}).output, "nothing has changed\n") << "it is what was confirmed";
@@ -230,7 +231,7 @@ TEST_F(Reload, OfTheConfirmedFileEndsATrial) {
   daemon->Signal(SIGKILL);
   daemon->WaitForEnd();
   daemon = StartDaemon(YamlWithSocket());
-  EXPECT_THAT(daemon->Errors(), Not(HasSubstr("was taken back")));
+  EXPECT_THAT(daemon->Errors(), Not(HasSubstr("is not in use")));
 }
 
 TEST_F(Reload, AConfirmedTrialSurvivesAKill) {
@@ -313,7 +314,7 @@ TEST_F(Reload, ARollbackLeavesACopyOfTheConfirmedFile) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
   ASSERT_EQ(Ask({"reload", "--confirm", "1s"}).code, 0);
-  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "is not in use: nobody ran 'baudgate confirm' in time"));
   const std::string copy = ConfirmedCopy().string();
   const Finished check = Command({"check", "-c", file().string()});
   EXPECT_THAT(check.errors, AllOf(HasSubstr(copy + " runs until you change this file"),
@@ -377,8 +378,8 @@ TEST_F(ReloadLimits, ATrialIsRolledBackWithoutFreeDescriptors) {
   SetFile(WithoutMeter());
   ASSERT_EQ(Ask({"reload", "--confirm", "3s"}).code, 0);
   Leave(1);
-  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
-  EXPECT_THAT(daemon->Errors(), HasSubstr("line meter: no thread could be started for its port"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "is not in use: nobody ran 'baudgate confirm' in time"));
+  EXPECT_THAT(daemon->Errors(), HasSubstr("line meter: no thread for its port"));
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
@@ -390,7 +391,7 @@ TEST_F(ReloadLimits, ATrialIsRolledBackWithoutCopyAndProfile) {
   ASSERT_EQ(Ask({"reload", "--confirm", "2s"}).code, 0);
   fs::remove(ConfirmedCopy());
   Station::Write("profiles/dcon/module.yaml", "no profile");
-  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "is not in use: nobody ran 'baudgate confirm' in time"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: restarts: poll of io-1"));
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
@@ -410,7 +411,7 @@ TEST_F(ReloadLimits, AReloadOfAPipeIsRefusedWithoutWaiting) {
   ASSERT_EQ(::mkfifo(file().c_str(), 0600), 0);
   const Finished reload = Ask({"reload"});
   EXPECT_EQ(reload.code, 2);
-  EXPECT_THAT(reload.errors, HasSubstr("is no regular file"));
+  EXPECT_THAT(reload.errors, HasSubstr("is not a regular file"));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }

@@ -284,7 +284,7 @@ std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask,
     };
   }
   if (sink_.Submit(std::move(command))) return std::nullopt;
-  return WriteDenial{Why::busy, "too many writes wait for the line; try again"};
+  return WriteDenial{Why::busy, "not sent, because too many writes wait for this line; try again"};
 }
 
 void WriteGate::RestoreDecimals(const config::Device& device, WriteAsk& ask) {

@@ -73,8 +73,8 @@ void ClockCorrector::OnReload(const config::Config& config) {
       tries_ = links_.open(config);
     } else {
       links_.warn(
-          "no clock is corrected: the gateway has no state folder to save the times of its "
-          "attempts. Set gateway.state");
+          "no device clock is corrected, because the gateway has no folder to save the times of "
+          "its attempts. Set gateway.state");
     }
   }
 }
@@ -157,11 +157,11 @@ void ClockCorrector::GoOn(std::uint32_t device, const protocols::ClockCare& care
     if (kept == records::DeviceMemory::Kept::waits) return;
     under_way_.erase(device);
     const char* why = nullptr;
-    if (gone) why = "a reload has changed or removed its line";
+    if (gone) why = "a reload has changed or removed the line of the device";
     if (!right_)
       why = "this machine's clock is no longer synchronised; check its time service (timedatectl)";
     if (kept == records::DeviceMemory::Kept::no)
-      why = "the attempt cannot be recorded: the disk fails";
+      why = "the attempt cannot be saved, because the disk fails; check the disk (dmesg)";
     if (why == nullptr) return Correct(device, care, was.drift, now);
     return links_.tell(device, false, "it is " + Shown(was.drift) + "; " + why, now);
   }
@@ -203,7 +203,7 @@ void ClockCorrector::Keep(std::uint32_t device, const protocols::ClockCare& care
   if (std::abs(*drift) > Seconds(care.most)) {
     links_.tell(device, false,
                 "it is " + Shown(*drift) + ", more than " + protocols::kCorrectClockMost + ": " +
-                    FormatDuration(care.most) + "; set it by hand",
+                    FormatDuration(care.most) + "; set the clock by hand",
                 now);
     return;
   }

@@ -78,7 +78,7 @@ void CompareDevices(const config::Device& was, const config::Device& is, Changes
     }
     for (const config::Point& point : was.points) {
       const auto left = std::ranges::find(is.points, point.name, &config::Point::name);
-      if (left == is.points.end()) changes.Add(is.name + "." + point.name + " is gone");
+      if (left == is.points.end()) changes.Add(is.name + "." + point.name + " is removed");
     }
   });
 }
@@ -97,7 +97,7 @@ std::string WhatChanged(const config::Line& was, const config::Line& is) {
     }
     for (const config::Device& device : was.devices) {
       const auto left = std::ranges::find(is.devices, device.name, &config::Device::name);
-      if (left == is.devices.end()) changes.Add("device " + device.name + " is gone");
+      if (left == is.devices.end()) changes.Add("device " + device.name + " is removed");
     }
   });
   const std::string text = changes.Text();

@@ -105,13 +105,13 @@ std::optional<std::string> Probation::Look(Instant now, const Healths& healths) 
     }
   }
   if (now < *until_) return std::nullopt;
-  return "nobody has confirmed it in time";
+  return "nobody ran 'baudgate confirm' in time";
 }
 
 std::string TakenBack(const std::string& file, const std::string& why) {
   return fmt::format(
-      "{} was taken back: {}; the confirmed configuration runs until you change the file, also "
-      "after a restart",
+      "{} is not in use: {}. The gateway runs the last confirmed configuration, also after a "
+      "restart, until you change the file",
       file, why);
 }
 

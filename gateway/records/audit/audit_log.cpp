@@ -186,7 +186,7 @@ void Repeats::Close() {
 
 namespace {
 
-constexpr const char* kStalled = "the disk does not answer in time";
+constexpr const char* kStalled = "the disk does not answer in time (check it with dmesg)";
 
 AuditLog::Options WithWriter(AuditLog::Options options) {
   if (!options.writer) options.writer = std::make_shared<records::EventsWriter>();

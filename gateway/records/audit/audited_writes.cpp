@@ -150,7 +150,7 @@ void AuditedWrites::NoteBusy(const bus::WriteCommand& command, Now now) {
   for (WriteRecord& record : RecordsOf(command, now)) {
     record.kind = Kind::denied;
     record.end = WriteEnd::busy;
-    record.reason = "too many writes wait for their records";
+    record.reason = "not sent, because too many writes wait to be recorded";
     log_.Note(std::move(record), now.instant);
   }
   inner_.OnNotTaken(NotTaken(command, WriteEnd::busy));
@@ -184,11 +184,14 @@ bool AuditedWrites::HandOn() {
   const bool kept =
       next->has_room && log_.WaitFor(next->last, next->until) == WriteLog::Written::yes;
   if (!kept && require_) {
-    const std::string why = next->has_room ? log_.Trouble() : "too many records wait already";
+    const std::string why = next->has_room ? log_.Trouble() : "too many writes wait to be recorded";
     inner_.OnNotTaken(NotTaken(next->command, WriteEnd::denied));
-    next->command.End({.end = WriteEnd::denied, .reason = "its record cannot be kept: " + why});
+    next->command.End({.end = WriteEnd::denied,
+                       .reason = "the write cannot be recorded (audit: require): " + why});
   } else if (!inner_.Submit(next->command)) {
-    next->command.End({.end = WriteEnd::busy, .reason = "too many writes wait for the line"});
+    next->command.End(
+        {.end = WriteEnd::busy,
+         .reason = "not sent, because too many writes wait for this line; try again"});
   }
   return true;
 }
@@ -294,7 +297,7 @@ Ending EndingOf(const bus::RoutedReply& reply, bool broadcast) {
   }
   if (reply.outcome == Outcome::ok && !broadcast) return {WriteEnd::ok, {}};
   if (broadcast && (reply.sent || reply.outcome == Outcome::ok)) {
-    return {WriteEnd::unknown, "a broadcast is not answered"};
+    return {WriteEnd::unknown, "no slave answers a broadcast"};
   }
   return {bus::EndUnheard(reply.sent), reply.reason};
 }
@@ -328,7 +331,7 @@ Witness::Witness(WriteLog& log, const RoutedWrite& write)
       broadcast_(write.broadcast) {}
 
 Witness::~Witness() {
-  if (!told_) Tell({WriteEnd::unknown, "its result never became known"});
+  if (!told_) Tell({WriteEnd::unknown, "the gateway got no result for this write"});
 }
 
 Witness::Done Witness::Watch(std::shared_ptr<Witness> witness, Done done) {

@@ -361,9 +361,9 @@ OpenFile::Look OpenFile::LookAtLog(Database& database) const {
   // pages. If a checkpoint has copied some frames already, the file is a mixture already.
   database.Abandon();
   if (index.in_the_file() > 0) {
-    return {
-        Found::damaged,
-        "a part of its write-ahead log (-wal) is lost; the rest of the log is in the file already"};
+    return {Found::damaged,
+            "a part of its write-ahead log (-wal) is lost, but the rest is already in the file, so "
+            "the file is damaged"};
   }
   return {Found::lost,
           fmt::format("its write-ahead log (-wal) was shortened or damaged while it was in use: "

@@ -132,7 +132,7 @@ bool IsFile(int open, const fs::path& file) {
 
 std::string HowToMake(const fs::path& folder, int error) {
   if (error == ENOTDIR || error == EEXIST)
-    return "; this path is a file: set a folder in gateway.state";
+    return "; a part of this path is a file: set another path in gateway.state";
   if (error != EACCES && error != EPERM) return {};
   const std::string user = NameOfUser(::geteuid());
   return fmt::format("; create the folder: sudo install -d -o {} {}", user, folder.string());
@@ -182,7 +182,7 @@ bool KeepsEvents(const config::Config& config) {
 
 std::string WhatIsKept(const config::Config& config, const config::Catalog& catalog) {
   if (RoutesWrite(config)) {
-    return "writes through routes; none where every listener has write: deny";
+    return "writes through routes, unless every listener has write: deny";
   }
   if (CanWrite(config)) return "writes";
   if (KeepsEvents(config)) return "events";
@@ -193,7 +193,7 @@ std::string WhatIsKept(const config::Config& config, const config::Catalog& cata
       return remembers != nullptr && remembers(device);
     });
   });
-  return remembered ? "what is remembered of devices" : "";
+  return remembered ? "data learned from devices" : "";
 }
 
 StatePlaces StatePlaces::Here(const std::string& configured) {

@@ -28,7 +28,7 @@ std::vector<Batch> EventRounds::Watch() {
       pending_.wake();
     }
     if (!late || pending_.disk.is_opening() || pending_.disk.is_failing()) return {};
-    SetDisk(records::Disk::stalled, "the disk does not answer in time");
+    SetDisk(records::Disk::stalled, "the disk does not answer in time (check it with dmesg)");
     batches = pending_.book.Ahead();
     pending_.book.OnTold(batches.size());
     acks = std::exchange(pending_.acks, {});
@@ -148,14 +148,14 @@ std::vector<std::string> EventRounds::LeftBehind() const {
   const MutexLock lock(pending_.mutex);
   if (pending_.book.waiting() > 0) {
     lines.push_back(
-        fmt::format("events: the gateway stops without having saved the last events of {} devices: "
-                    "{}; it reads the events again after its next start",
+        fmt::format("events: the gateway stops, and the last events of {} devices are not saved: "
+                    "{}. The gateway reads these events again after its next start",
                     pending_.book.waiting(), pending_.disk.trouble()));
   }
   if (pending_.book.waiting_own() > 0) {
-    lines.push_back(fmt::format("events: the gateway stops without having saved {} of its own: {}",
-                                Plural(pending_.book.waiting_own(), "event"),
-                                pending_.disk.trouble()));
+    lines.push_back(
+        fmt::format("events: the gateway stops without having saved {} of the gateway itself: {}",
+                    Plural(pending_.book.waiting_own(), "event"), pending_.disk.trouble()));
   }
   return lines;
 }
@@ -167,7 +167,7 @@ void EventRounds::SetDisk(records::Disk disk, const std::string& trouble) {
   if (news.begun) {
     options_.warn(
         fmt::format("events: {}; devices are not polled for events until the file can be written. "
-                    "Devices keep their events as long as their memory lasts",
+                    "The devices keep new events until their memory is full",
                     trouble));
   }
   if (!news.ended) return;

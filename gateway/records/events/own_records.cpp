@@ -44,11 +44,11 @@ Words WordsOf(OwnCode code) {
     case OwnCode::not_in_use:
       return {"taken out of use", "in use again"};
     case OwnCode::wrong_device:
-      return {"not what it should be", "what it should be again"};
+      return {"does not match the configuration", "matches the configuration again"};
     case OwnCode::replaced:
       return {"another device"};
     case OwnCode::port_served:
-      return {"a client has the port", "the client has left"};
+      return {"a network client uses the port", "the client has disconnected"};
     case OwnCode::clock_corrected:
       return {"clock corrected"};
     case OwnCode::clock_left:
@@ -78,9 +78,9 @@ bool HasEnd(OwnCode code) { return WordsOf(code).over != nullptr; }
 EventRecord StartRecord(const std::string& version, const LastRun& before, WallTime at) {
   std::string text = "baudgate " + version + " has started";
   if (before.end == LastRun::End::in_order) {
-    text += "; the run before ended in order";
+    text += "; the previous run was stopped normally";
   } else if (before.end == LastRun::End::broken_off) {
-    text += "; the run before was broken off after " + FormatWallTime(before.last);
+    text += "; the previous run ended unexpectedly after " + FormatWallTime(before.last);
   }
   return OwnRecord(OwnCode::started, std::move(text), at);
 }
@@ -92,14 +92,14 @@ EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble,
   if (trouble.starts_with(file + ": ")) trouble.remove_prefix(file.size() + 2);
   return OwnRecord(
       OwnCode::disk_trouble,
-      "no event could be kept since " + FormatWallTime(since) + ": " + std::string(trouble), at);
+      "no event could be stored since " + FormatWallTime(since) + ": " + std::string(trouble), at);
 }
 
 EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTime since,
                           WallTime at) {
   EventRecord record = OwnRecord(OwnCode::left_out,
-                                 Plural(events, "event") + " like the next one left out since " +
-                                     FormatWallTime(since) + ": too many",
+                                 Plural(events, "event") + " like the next one not stored since " +
+                                     FormatWallTime(since) + ", because too many came",
                                  at);
   record.line = last.line;
   record.device = last.device;
@@ -108,7 +108,7 @@ EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTim
 
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at) {
   EventRecord record =
-      AlarmRecord(OwnCode::not_watched, "not in the configuration any more: ", alarm, at);
+      AlarmRecord(OwnCode::not_watched, "the configuration no longer has this alarm: ", alarm, at);
   record.state = config::EventState::off;
   record.mark = {.step = AlarmMark::Step::clear};
   return record;
@@ -149,7 +149,7 @@ EventRecord FactRecord(const Fact& fact, WallTime at) {
   const bool has_end = words.over != nullptr;
   std::string text = fact.over && has_end && !fact.unknown ? words.over : words.begins;
   if (fact.unknown) {
-    text += ": not known any more; " + fact.why;
+    text += ": it is unknown whether this has ended; " + fact.why;
   } else if (!fact.why.empty() && fact.why != text) {
     text += ": " + fact.why;
   }

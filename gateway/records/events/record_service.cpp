@@ -21,7 +21,7 @@ events::KeptRecord RecordFor(const events::OwedRecord& owed) {
 events::KeptRecord Superseded(const events::OwedRecord& owed, std::int64_t by, WallTime now) {
   events::KeptRecord record = RecordFor(owed);
   record.state = events::RecordState::superseded;
-  record.text = "event " + std::to_string(by) + " came before it was read";
+  record.text = "event " + std::to_string(by) + " came before this record was read";
   record.read = now;
   return record;
 }
@@ -113,7 +113,7 @@ void RecordService::Owe(const std::vector<events::OwedRecord>& owed) {
       if (debt == nullptr) {
         auto record = RecordFor(one);
         record.state = events::RecordState::not_read;
-        record.text = "the configuration has no such record of this device any more";
+        record.text = "the configuration no longer has this record of the device";
         record.read = now.wall;
         steps.keep.push_back(std::move(record));
         continue;
@@ -167,7 +167,7 @@ void RecordService::OnRead(std::uint32_t device, Instant at) {
       if (!debt.got && at >= debt.again) Ask(debt, steps);
       if (!debt.got || at - debt.got_at < kUnproven) continue;
       events::KeptRecord& record = *debt.got;
-      record.text = "the values may be of a later event";
+      record.text = "the values may belong to a later event";
       for (events::RecordValue& value : record.values) {
         if (IsGood(value.quality)) value.quality = Quality::uncertain;
       }
@@ -213,7 +213,8 @@ void RecordService::OnAnswer(Debt& debt, Instant asked, const WriteResult& resul
       away = away || result.end == WriteEnd::not_sent;
       if (!away && ++debt.tries >= kTries) {
         --owing_;
-        const std::string why = result.reason.empty() ? "not all was answered" : result.reason;
+        const std::string why =
+            result.reason.empty() ? "the device has not answered all requests" : result.reason;
         Settle(debt, NotRead(why, now.wall), steps);
       }
     }

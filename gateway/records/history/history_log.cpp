@@ -136,7 +136,7 @@ std::string ValueStore::WhyItGoes(const TooMuch& file) const {
 
 namespace {
 
-constexpr const char* kTooSlow = "the disk does not answer in time";
+constexpr const char* kTooSlow = "the disk does not answer in time (check it with dmesg)";
 constexpr std::size_t kLeastQueue = 65'536;
 
 std::vector<PointName> NamesOf(const config::Config& config) {

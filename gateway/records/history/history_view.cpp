@@ -427,7 +427,7 @@ void HistoryView::LookAgain() {
       const MutexLock lock(mutex_);
       unread_.Forget(entry.file);
     }
-    options_.inform("history: no longer a problem: " + entry.file.text);
+    options_.inform("history: this problem is solved: " + entry.file.text);
   }
 }
 

@@ -270,7 +270,7 @@ std::string Contents(const Recording& recording, const std::string& version,
   std::string text = fmt::format(
       "# baudgate {}: the last exchanges of a line, saved at {}\n"
       "# reason: device {}, {}\n"
-      "# what they mean: baudgate decode --device {} {}\n"
+      "# to decode them, run: baudgate decode --device {} {}\n"
       "# time (UTC), device, > sent, < received, = outcome and round trip, # note; ** is secret\n",
       version, FormatWallTime(recording.at), recording.name, recording.reason, recording.name,
       file);

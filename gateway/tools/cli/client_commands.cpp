@@ -99,8 +99,8 @@ void AddTrace(CLI::App& app, Action& action) {
   auto options = std::make_shared<TraceOptions>();
   command->add_option("LINE", options->line, "Line")->required();
   command->add_option("--device", options->device, "Show this device only");
-  auto* last =
-      command->add_flag("--last", options->last, "Show the last frames from the flight recorder");
+  auto* last = command->add_flag("--last", options->last,
+                                 "Show the last frames that the gateway has recorded");
   command->add_flag("--bytes", options->bytes,
                     "Show bytes as they arrive instead of decoded frames");
   AddSeconds(*command, options->seconds)->excludes(last);
@@ -137,7 +137,7 @@ void AddEvents(CLI::App& app, Action& action) {
   command->add_option("--device", options->device, "Show this device only: DEVICE or LINE.DEVICE");
   AddSince(*command, options->since);
   auto* json = command->add_flag("--json", options->json, "Print one JSON object per line");
-  command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
+  command->add_flag("--csv", options->csv, "Print CSV for spreadsheets")->excludes(json);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto&) {
@@ -183,8 +183,8 @@ void AddHistory(CLI::App& app, Action& action) {
   auto options = std::make_shared<HistoryOptions>();
   command
       ->add_option("POINT", options->points,
-                   "LINE.DEVICE.POINT, with * for any text; of a load profile "
-                   "LINE.DEVICE.load_1.active_import; with --billing LINE.DEVICE")
+                   "LINE.DEVICE.POINT, where * is any text; for a load profile "
+                   "LINE.DEVICE.load_1.active_import; for --billing LINE.DEVICE")
       ->required();
   AddSince(*command, options->since);
   AddTime(*command, "--until", options->until);
@@ -204,7 +204,7 @@ void AddHistory(CLI::App& app, Action& action) {
       "Show mean, minimum and maximum of each span, for example 15min");
   every->excludes(billing);
   auto* json = command->add_flag("--json", options->json, "Print one JSON object per line");
-  command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
+  command->add_flag("--csv", options->csv, "Print CSV for spreadsheets")->excludes(json);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     if (options->since && options->until && *options->until <= *options->since) {
@@ -284,9 +284,9 @@ void AddWrite(CLI::App& app, Action& action) {
   command->add_flag("--confirm", options->confirm,
                     "Confirm the write of a point with 'select: yes'");
   command
-      ->add_option(
-          "--request", options->request,
-          "NAME/NUMBER that you choose; a repeated request is answered, but not written again")
+      ->add_option("--request", options->request,
+                   "NAME/NUMBER of this request, as you choose; the gateway writes once, even if "
+                   "you repeat the request")
       ->check([](const std::string& text) {
         const auto slash = text.rfind('/');
         const bool named = slash != std::string::npos && slash > 0;

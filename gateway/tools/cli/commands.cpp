@@ -218,8 +218,9 @@ void AddDecode(CLI::App& app, Action& action) {
   SetExample(*command, "baudgate decode bay-1.trace");
   auto options = std::make_shared<DecodeOptions>();
   auto file = std::make_shared<std::string>();
-  command->add_option("--protocol", options->protocol,
-                      "Protocol; only needed if the file has no trace head");
+  command->add_option(
+      "--protocol", options->protocol,
+      "Protocol; only needed if the file lacks the head that 'baudgate trace' prints");
   command->add_option("--profile", options->profile, "Device profile, for names and units");
   command->add_option("--set", options->set, "Device option, key=value")
       ->take_all()

@@ -123,7 +123,7 @@ void AddMisbehaviour(CLI::App& command, const std::shared_ptr<SimulateOptions>& 
         if (!schedule) throw CLI::ValidationError("--events", schedule.error());
         options->events = *schedule;
       },
-      "Raise events of the profile: every:DURATION[,count=N][,numbered]");
+      "Raise the events of the profile regularly: every:DURATION[,count=N][,numbered]");
 }
 
 void AddSimulate(CLI::App& app, Action& action) {
@@ -189,7 +189,7 @@ CLI::Option* AddNewProfile(CLI::App& profiles, const std::shared_ptr<NewProfileO
       ->needs(list);
   profiles
       .add_option("--table", fresh->table,
-                  "Table of registers for which the list names none: holding or input")
+                  "Table of the registers, if the list does not name it: holding or input")
       ->check(CLI::IsMember({"holding", "input"}))
       ->capture_default_str()
       ->needs(list);

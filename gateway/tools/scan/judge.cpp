@@ -233,8 +233,9 @@ void RemarkFormats(std::vector<Found>& found) {
         formats, [](const auto& a, const auto& b) { return a.second < b.second; });
     const std::string own = FormatOf(one.serial);
     if (usual->first == own || usual->second <= formats[own]) continue;
-    one.remarks.push_back("this device has " + own + ", other devices of the protocol have " +
-                          usual->first + ": check the parity");
+    one.remarks.push_back("this device uses " + own +
+                          ", but most devices of its protocol here use " + usual->first +
+                          ": check the parity");
   }
 }
 

@@ -13,7 +13,7 @@ constexpr int kRepeats = 3;
 constexpr int kTriesInTraffic = 4;
 /// Fewer bytes than this are a disturbance of the line, no reply.
 constexpr std::size_t kLeastOfReply = 3;
-constexpr const char* kTwo = "two devices may have this address";
+constexpr const char* kTwo = "two devices may have this address: give each device its own";
 
 }  // namespace
 

@@ -333,13 +333,13 @@ Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
   const std::string_view key = setting.substr(0, equals);
   const auto allowed = KeysOf(keys);
   if (std::find(allowed.begin(), allowed.end(), key) == allowed.end()) {
-    return Error{"there is no key " + Quoted(key) + ";" + DidYouMean(key, allowed) +
-                 " there are: " + Join(allowed)};
+    return Error{"unknown key " + Quoted(key) + ";" + DidYouMean(key, allowed) +
+                 " allowed: " + Join(allowed)};
   }
   if (equals == std::string_view::npos) {
     return Error{"key " + std::string(key) + " has no value; write " + std::string(key) + "=…"};
   }
-  if (!given.insert(key).second) return Error{std::string(key) + "= is there twice"};
+  if (!given.insert(key).second) return Error{std::string(key) + "= is given twice"};
   const std::string_view value = setting.substr(equals + 1);
   if (const Status status = SetKey(fault, keys, key, value); !status) {
     return Error{std::string(key) + "=" + std::string(value) + ": " + status.error()};
@@ -369,8 +369,8 @@ Result<Fault> ParseFault(std::string_view text) {
   const auto keys = std::find_if(kKinds.begin(), kKinds.end(),
                                  [&](const KindKeys& one) { return Name(one.kind) == name; });
   if (keys == kKinds.end()) {
-    return Error{"there is no fault " + Quoted(name) + ";" + DidYouMean(name, known) +
-                 " there are: " + Join(known)};
+    return Error{"unknown fault " + Quoted(name) + ";" + DidYouMean(name, known) +
+                 " allowed: " + Join(known)};
   }
   Fault fault;
   fault.kind = keys->kind;

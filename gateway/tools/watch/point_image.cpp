@@ -155,8 +155,8 @@ std::int64_t StartOf(const std::map<dds::PublisherId, std::int64_t>& starts,
 
 std::string TwoWriters(const std::string& gateway, const std::string& point,
                        const dds::PublisherId& first, const dds::PublisherId& second) {
-  return "ALARM: gateway " + gateway + ": " + point + " has two live writers, " + Text(first) +
-         " and " + Text(second) + "; one of the writers may be false";
+  return "ALARM: gateway " + gateway + ": " + point + " comes from two senders at once, " +
+         Text(first) + " and " + Text(second) + "; check that only one gateway has this name";
 }
 
 }  // namespace
@@ -213,8 +213,8 @@ void Publishers::OnLeft(const dds::PublisherId& publisher) {
       TookOver(of, rivals.first, rivals.second);
     } else if (publisher == rivals.second) {
       gateway.rivals.reset();
-      Say(Weight::change, "gateway " + of.first + ": " + Text(publisher) + " has left, " +
-                              Text(rivals.first) + " remains");
+      Say(Weight::change, "gateway " + of.first + ": " + Text(publisher) + " has stopped, " +
+                              Text(rivals.first) + " continues");
     }
   }
 }
@@ -281,9 +281,10 @@ void Publishers::CheckSeq(Names& of, const Point& before, const dds::PointSample
   if (sample.seq == 0 || sample.seq >= before.seq || start != before.start ||
       !of.second.counted_back.empty())
     return;
-  of.second.counted_back = "ALARM: gateway " + of.first + ": seq of " + sample.device + " " +
-                           sample.point + " went back from " + std::to_string(before.seq) + " to " +
-                           std::to_string(sample.seq) + " without a new start of the gateway";
+  of.second.counted_back = "ALARM: gateway " + of.first + ": the reading number (seq) of " +
+                           sample.device + " " + sample.point + " went back from " +
+                           std::to_string(before.seq) + " to " + std::to_string(sample.seq) +
+                           " without a restart of the gateway";
   Say(Weight::alarm, of.second.counted_back);
 }
 

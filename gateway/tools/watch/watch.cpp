@@ -35,7 +35,9 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
       ->capture_default_str();
   command->add_option("--security", options.security,
                       "Folder with ca.pem, identity.pem, key.pem, governance.p7s, permissions.p7s");
-  command->add_option("--peer", options.peers, "Machines to ask besides the multicast group")
+  command
+      ->add_option("--peer", options.peers,
+                   "Other machines (IPv4) to ask for gateways, besides multicast")
       ->check(CLI::Validator(NotAMachine, "IPV4"))
       ->expected(1, config::kMostPeers);
   command
@@ -51,11 +53,11 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
               options.discovery_servers.push_back(*server);
             }
           },
-          "Discovery servers, HOST:PORT, to ask besides the multicast group")
+          "Discovery servers (HOST:PORT) to ask for gateways, besides multicast")
       ->expected(1, config::kMostDiscoveryServers);
   command->add_flag_callback(
       "--no-multicast", [&options] { options.multicast = false; },
-      "Ask peers and discovery servers only");
+      "Look for gateways only at peers and discovery servers");
   auto* once = command->add_flag("--once", options.once, "Print the values once, then end");
   command->add_flag("--json", options.json, "Print one JSON object per line for each reading");
   AddSeconds(*command, options.seconds);

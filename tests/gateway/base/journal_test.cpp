@@ -96,7 +96,7 @@ TEST(Journal, TheLogIsSentToTheJournalWithItsFields) {
   EXPECT_EQ(journald.Next(), "") << "held back";
   TellRepeats();
   const std::string repeat = journald.Next();
-  EXPECT_THAT(repeat, StartsWith("MESSAGE=once more at "));
+  EXPECT_THAT(repeat, StartsWith("MESSAGE=repeated once at "));
   EXPECT_THAT(repeat, HasSubstr(": line bay: device relay: offline (3 of 3)\n"));
   EXPECT_THAT(repeat, HasSubstr("\nLINE=bay\nDEVICE=relay\nOUTCOME=no_reply\n"));
   Info("control socket {}", "/run/x");
@@ -157,9 +157,9 @@ TEST(LogFolder, ARepeatReportsItsTimes) {
   folder.Pass("online", Level::info, At(31s));
   const auto due = folder.Due(At(60s).instant);
   ASSERT_EQ(due.size(), 2U);
-  EXPECT_EQ(RepeatText(due[0]), "once more at " + local(31s) + ": online");
+  EXPECT_EQ(RepeatText(due[0]), "repeated once at " + local(31s) + ": online");
   EXPECT_EQ(RepeatText(due[1]),
-            "3 times more between " + local(5s) + " and " + local(58s) + ": offline");
+            "repeated 3 times between " + local(5s) + " and " + local(58s) + ": offline");
   for (const Duration at : {70s, 80s}) folder.Pass("offline", Level::warning, At(at));
   const auto next = folder.Due(At(120s).instant);
   ASSERT_EQ(next.size(), 1U);

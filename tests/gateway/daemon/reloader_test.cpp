@@ -178,11 +178,11 @@ TEST_F(ReloaderTest, AnUnstorableTrialIsRefusedAndAnUnstorableReloadReported) {
 }
 
 TEST_F(ReloaderTest, ARolledBackConfigurationIsAcceptedOnlyForATrial) {
-  Start(reload::Refused{"b", "nobody has confirmed it"});
+  Start(reload::Refused{"b", "nobody ran 'baudgate confirm'"});
   EXPECT_TRUE(reload::KeptConfigs(folder_).IsUnconfirmed("b"));
   const ReloadAnswer again = Reload("b");
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.text, AllOf(HasSubstr("was taken back: nobody has confirmed it"),
+  EXPECT_THAT(again.text, AllOf(HasSubstr("is not in use: nobody ran 'baudgate confirm'"),
                                 HasSubstr("reload --confirm")));
   EXPECT_EQ(Runs(), "a");
   EXPECT_TRUE(Reload("b", 60s).ok);
@@ -197,7 +197,9 @@ TEST_F(ReloaderTest, AReloadIsAnsweredWhenTheDiskHangs) {
   Start({}, Duration::zero());
   const ReloadAnswer answer = Reload("b");
   EXPECT_EQ(answer.exit_code, 2);
-  EXPECT_EQ(answer.text, "baudgate.yaml: cannot be read: its disk does not answer");
+  EXPECT_EQ(
+      answer.text,
+      "baudgate.yaml: cannot be read, because its disk does not answer; check the disk (dmesg)");
   EXPECT_EQ(Runs(), "a");
   disk.set_value();
 }

@@ -85,7 +85,7 @@ TEST_F(AlarmServiceTest, ASilentRoutedSlaveRaisesAnAlarm) {
        Slave::answered,
        Outcome::refused,
        {0x83, 0x0B},
-       {"drive.unit-51 no answer to clients for 30s: the gateway there answers exception 0B"}},
+       {"drive.unit-51 no answer to clients for 30s: the remote gateway answers exception 0B"}},
       {"a reply",
        51,
        Slave::answered,

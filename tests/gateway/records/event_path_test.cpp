@@ -292,13 +292,13 @@ TEST_F(EventReloadTest, TroublesOfARestartedLineEndWithAReload) {
   for (const What what : {What::collisions, What::ring_open, What::wrong_device}) Begin(what);
   Reload();
   Begin(What::wrong_device);
-  const std::string end = ": not known any more; a reload has restarted the line";
-  EXPECT_THAT(
-      Records(),
-      ElementsAre("1000007 on collisions: why", "1000008 on the ring is open: why",
-                  "1000011 on not what it should be: why", "1000007 off collisions" + end,
-                  "1000008 off the ring is open" + end, "1000011 off not what it should be" + end,
-                  "1000011 on not what it should be: why"));
+  const std::string end = ": it is unknown whether this has ended; a reload has restarted the line";
+  EXPECT_THAT(Records(),
+              ElementsAre("1000007 on collisions: why", "1000008 on the ring is open: why",
+                          "1000011 on does not match the configuration: why",
+                          "1000007 off collisions" + end, "1000008 off the ring is open" + end,
+                          "1000011 off does not match the configuration" + end,
+                          "1000011 on does not match the configuration: why"));
 }
 
 TEST_F(EventReloadTest, TheUseOfADeviceIsReportedOverAReload) {

@@ -88,7 +88,8 @@ class Archive {
         "tar --create --gzip --sort=name --owner=root:0 --group=root:0 --mode=u=rwX,go= "
         "--mtime=@{} --directory='{}' {}",
         at_.time_since_epoch() / 1s, folder_.string(), kFolder));
-    if (!packed.well) return Error{"tar cannot pack the bundle"};
+    if (!packed.well)
+      return Error{"tar cannot pack the bundle; check that tar and gzip are installed"};
     return std::move(packed.output);
   }
 
@@ -107,8 +108,8 @@ Result<std::string> SystemLog() {
   std::string text = Run(kCommand).output;
   if (!text.empty()) return text;
   return Error{
-      "journalctl shows no line of the service: the service is not installed, systemd does not run "
-      "the gateway, or you may not read the journal (group adm or systemd-journal, or sudo)"};
+      "journalctl shows no line of the service baudgate. Check that systemd runs the gateway, and "
+      "that you may read the journal (group adm or systemd-journal, or sudo)"};
 }
 
 namespace {
@@ -203,13 +204,14 @@ class Bundle {
   void AddConfiguration() {
     std::string file = options_.config.empty() ? file_ : options_.config;
     if (file.empty() && answers_) {
-      return Miss("configuration", "the running gateway was not started with a file");
+      return Miss("configuration",
+                  "the running gateway was not started with a file; name the file with -c");
     }
     if (file.empty()) file = kInstalledConfig;
     std::error_code gone;
     const auto kind = std::filesystem::status(file, gone).type();
     if (!gone && kind != std::filesystem::file_type::regular) {
-      return Miss("configuration", file + ": is no regular file");  // opening a pipe would block
+      return Miss("configuration", file + ": is not a regular file");  // opening a pipe would block
     }
     const auto text = config::ReadWholeFile(file);
     if (!text) return Miss("configuration", file + ": " + text.error());

@@ -45,7 +45,7 @@ int ConnectTo(const std::string& path) {
 
 Error Denied(const std::string& path) {
   return {"permission denied at " + path +
-          "; join the group that owns it (usually 'baudgate'), or use sudo"};
+          "; join the group of this socket (usually 'baudgate'), or use sudo"};
 }
 
 std::string Listed(const std::vector<std::string>& words, std::string_view separator) {
@@ -170,7 +170,7 @@ int ControlClient::process() const {
 
 std::string ControlClient::WhyNotBelieved(bool is_given) const {
   const auto listener = ListenerOf(descriptor_);
-  if (!listener) return path_ + ": the system does not say who listens there";
+  if (!listener) return path_ + ": the system does not show which user listens at this socket";
   return control::WhyNotBelieved(path_, listener->uid, is_given);
 }
 

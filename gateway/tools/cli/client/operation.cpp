@@ -54,7 +54,7 @@ int RunOffer(const ReleaseOptions& options, std::ostream& out, std::ostream& err
   if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
   const std::string at = answer.value("at", "");
   const Instant until = ReadClocks().instant + options.patience;
-  for (std::string trouble = "it does not listen yet";;
+  for (std::string trouble = "the gateway has not opened this TCP port yet";;
        std::this_thread::sleep_for(kLookForRelease)) {
     Json status;
     const Json ask = {{"command", "status"}, {"target", options.line}};
@@ -114,8 +114,7 @@ int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& e
   }
   out << options.line << ": " << answer.value("port", "the port")
       << " is free for another program until " << Clock(answer.value("until", ""))
-      << "; its points are out of service meanwhile. Then the gateway opens the port again; to do "
-         "it now, run "
+      << ", and the points of the line are out of service. To give the port back earlier, run "
       << "'baudgate release " << options.line << " --end'\n";
   return 0;
 }
@@ -187,7 +186,8 @@ std::string Age(const Json& age) {
 std::string QualityOf(const Json& point, bool read) {
   const std::string quality = point.value("quality_text", "");
   if (read || point.value("fresh", false)) return quality;
-  return point.value("age_ms", Json()).is_null() ? quality : "not read now; earlier: " + quality;
+  return point.value("age_ms", Json()).is_null() ? quality
+                                                 : "not read now; last quality: " + quality;
 }
 
 void PrintPoints(const Json& points, bool read, std::ostream& out) {
@@ -217,8 +217,8 @@ std::string Sentence(const WriteOptions& options, const Json& answer) {
   if (end == "ok") {
     const bool shown = answer.value("read_back", false);
     if (shown) return options.value + " written, and read back";
-    return options.value + " written, confirmed by the device; " +
-           (reason.empty() ? "not read back" : reason + ": read it again");
+    return options.value + " written, and the device has confirmed the write; " +
+           (reason.empty() ? "not read back" : reason + "; read the point again");
   }
   if (end == "unknown") {
     return "sent, but the result is unknown: " + reason + "; read the point before you try again";
@@ -248,7 +248,7 @@ int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err) {
   if (read) return 0;
   if (options.passing) return kNotDone;
   err << "baudgate: " << options.target << ": " << answer.value("reason", "")
-      << "; values that were not read now are marked; see 'baudgate status'\n";
+      << "; older values are marked 'not read now'. See 'baudgate status'\n";
   return kNotDone;
 }
 
@@ -287,11 +287,11 @@ int RunInUse(const InUseOptions& options, std::ostream& out, std::ostream& err) 
   if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
   out << options.target
       << (options.in_use
-              ? ": in use; the gateway polls it again"
-              : ": out of use; the gateway does not poll it, and its points are out of service");
+              ? ": enabled; the gateway polls it again"
+              : ": disabled; the gateway does not poll it, and its points are out of service");
   if (answer.value("enabled", true) != options.in_use) {
-    out << ". A restart undoes this; to keep it, set 'enabled: "
-        << (options.in_use ? "true" : "false") << "' in the configuration";
+    out << ". This lasts until the gateway restarts; to keep it, set 'enabled: "
+        << (options.in_use ? "true" : "false") << "' for the device in the configuration";
   }
   out << '\n';
   return 0;

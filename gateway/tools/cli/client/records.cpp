@@ -381,7 +381,8 @@ int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err
   if (options.follow) pages.looked = [&] { changes.Tell(one); };
   const int code = ReadPages(pages, print, out, err);
   if (code == kNotCurrent) {
-    err << "baudgate: the list may lack alarms, because events cannot be stored\n";
+    err << "baudgate: the list may lack alarms, because events cannot be stored; see 'baudgate "
+           "status'\n";
   }
   if (code == 0 && !printer.any() && !options.follow) {
     (options.json ? err : out) << "there are no alarms\n";

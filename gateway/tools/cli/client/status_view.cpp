@@ -174,8 +174,8 @@ std::string DdsSentence(const Json& status) {
   const std::uint64_t refused = Number(dds, "refused");
   return fmt::format("DDS domain {}: {}, {}{}{}", Number(dds, "domain"), Subscribers(dds),
                      Plural(Number(dds, "samples"), "sample"),
-                     refused == 0 ? "" : fmt::format(", {} not taken by the library", refused),
-                     Text(dds, "state") == "starting" ? ", the process is starting" : "");
+                     refused == 0 ? "" : fmt::format(", {} refused by the DDS library", refused),
+                     Text(dds, "state") == "starting" ? ", the DDS process is starting" : "");
 }
 
 std::vector<std::string> DdsTraffic(const Json& status) {
@@ -353,12 +353,12 @@ std::string OneLine(const Json& status, const TableView& view) {
   const bool is_serial = !line.at("serial").is_null();
   const std::string protocol = Text(line, "protocol");
   std::string text = fmt::format("{}: {} on {}{}\n", Text(line, "name"),
-                                 protocol.empty() ? "clients of its port" : protocol,
-                                 Text(line, "port"), is_serial ? ", " + Text(line, "serial") : "");
+                                 protocol.empty() ? "serial server" : protocol, Text(line, "port"),
+                                 is_serial ? ", " + Text(line, "serial") : "");
   text +=
       Facts({{"port", PortText(line)},
-             {"use", fmt::format("{} of the last full minute, busy {} of {}", UseText(line),
-                                 MillisecondsText(line.at("busy_ms")),
+             {"use", fmt::format("{} of the last full minute; since the start, busy {} of {}",
+                                 UseText(line), MillisecondsText(line.at("busy_ms")),
                                  MillisecondsText(status.at("uptime_ms")))},
              {"exchanges", ExchangesText(line)},
              {"bytes", fmt::format("{} in, {} out, {} stray", Number(line, "bytes_in"),
@@ -366,7 +366,7 @@ std::string OneLine(const Json& status, const TableView& view) {
              {"trouble", LabelledText(status.at("labels").at("line"), line)},
              {"absent", line.at("notice_bound_ms").is_null()
                             ? "no device"
-                            : fmt::format("probed {}; a return is noticed within {}",
+                            : fmt::format("probed {}; a new answer is noticed within {}",
                                           Plural(line.at("probes").get<std::uint64_t>(), "time"),
                                           MillisecondsText(line.at("notice_bound_ms")))}},
             view);

@@ -30,7 +30,7 @@ std::string ServiceText(const Json& service) {
   if (service.at("client").is_object()) return text + ": " + VisitText(service.at("client"));
   if (!service.at("last").is_object()) return text + ": no client yet";
   const Json& last = service.at("last");
-  return text + ": no client now; the last was " + VisitText(last) + ", until " +
+  return text + ": no client is connected; the last client was " + VisitText(last) + ", until " +
          TextOf(last, "until") + ": " + Text(last, "why");
 }
 
@@ -45,7 +45,7 @@ std::string ControlLinesText(const Json& modem) {
   for (const auto& [key, name] : kLines) {
     if (modem.value(key, false)) text += (text.empty() ? "" : " ") + std::string(name);
   }
-  return text.empty() ? "no control line on" : text;
+  return text.empty() ? "no control line is on" : text;
 }
 
 std::vector<std::pair<std::string, std::string>> PortFacts(const Json& line) {

@@ -73,7 +73,8 @@ Result<std::string> ReadAgain(const std::string& file) {
   std::error_code gone;
   const auto kind = std::filesystem::status(file, gone).type();
   const bool other = !gone && kind != std::filesystem::file_type::regular;
-  if (other) return Error{"is no regular file; only a start can read it"};
+  if (other)
+    return Error{"is not a regular file, so a reload does not read it; restart the gateway"};
   return ReadText(file);
 }
 
@@ -121,8 +122,8 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   reload.kept.emplace(folder / reload::KeptConfigs::kFolder);
   if (!reload.kept->IsUnconfirmed(*text)) {
     if (reload.kept->trial() == reload::KeptConfigs::Trial::running) {
-      err << "baudgate: the gateway ended while a configuration was on trial and not confirmed. "
-          << file << " has been edited since, so it runs as the confirmed configuration\n";
+      err << "baudgate: the gateway ended while a configuration was on trial. " << file
+          << " has been edited since, so the gateway runs it without a trial\n";
     }
     return choice;
   }
@@ -234,7 +235,7 @@ namespace {
 constexpr int kSignOfLife = 1000;  // longest time between two reports, in ms
 
 void TellSystemd(std::size_t participants) {
-  sd_notifyf(0, "WATCHDOG=1\nSTATUS=knows %zu participants", participants);
+  sd_notifyf(0, "WATCHDOG=1\nSTATUS=%zu DDS participants found", participants);
 }
 
 }  // namespace

@@ -42,7 +42,8 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
   demo.writers = options.writers;
   if (demo.gateways.empty() && demo.subscribers == 0 && demo.writers == 0) {
     if (fs::exists(fs::path(folder) / "ca", error)) {
-      err << "certs: " << folder << " has an authority already; name the identities to issue: "
+      err << "certs: " << folder
+          << " already contains a certificate authority; add the identities to issue: "
           << "--gateway NAME, --subscribers N or --writers N\n";
       return kNotWritten;
     }

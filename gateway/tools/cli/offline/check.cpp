@@ -28,11 +28,12 @@ std::optional<config::Problem> WhyTakenBack(const std::string& file, const confi
   const auto text = ReadWhole(file);
   if (!text || !kept.IsUnconfirmed(*text)) return std::nullopt;
   const std::string copy = kept.confirmed_file().string();
-  const std::string why =
-      kept.trial() == reload::KeptConfigs::Trial::running
-          ? "is on trial, and is taken back unless you confirm it with 'baudgate confirm'"
-          : "was taken back: " + kept.why_taken_back() + "; " + copy +
-                " runs until you change this file (to compare: diff " + copy + " " + file + ")";
+  const std::string why = kept.trial() == reload::KeptConfigs::Trial::running
+                              ? "is on trial: the gateway goes back to the confirmed configuration "
+                                "unless you run 'baudgate confirm'"
+                              : "is not in use: " + kept.why_taken_back() + "; " + copy +
+                                    " runs until you change this file (to compare: diff " + copy +
+                                    " " + file + ")";
   return config::Problem{{file, 0, 0}, why, true};
 }
 
@@ -59,8 +60,8 @@ std::string Describe(const config::Dds& dds, bool events) {
   }
   text += "; topics baudgate/points, baudgate/devices, baudgate/gateways";
   if (events) text += ", baudgate/events, baudgate/alarms";
-  return text + (dds.write ? "; write: allow, so that everybody who reaches the domain can write "
-                             "the points that devices allow, on baudgate/write"
+  return text + (dds.write ? "; write: allow: everybody in the domain can write the points that "
+                             "devices allow, with topic baudgate/write"
                            : "; write: deny");
 }
 
@@ -75,8 +76,8 @@ std::string Describe(const config::Line& line) {
   if (line.serial_server) return text + ", served at " + Describe(*line.serial_server);
   text += ", " + line.protocol + ", " + Plural(line.devices.size(), "device");
   if (!line.lend) return text;
-  return text + ", lent at " + Describe(*line.lend) + ", " + FormatDuration(line.lend->time) +
-         " at most";
+  return text + ", can be lent at " + Describe(*line.lend) + ", " +
+         FormatDuration(line.lend->time) + " at most";
 }
 
 std::vector<std::string> Row(const config::Device& device) {
@@ -129,14 +130,14 @@ void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std
     }
   }
   if (jumps + always == 0) return;
-  out << "  recheck: " << jumps + always << " of " << points << " points count a "
-      << (always == 0 ? "jump only when a second reading agrees"
-                      : "reading only when a second reading agrees");
+  out << "  recheck: " << jumps + always << " of " << points << " points accept a "
+      << (always == 0 ? "jump only if a second reading agrees"
+                      : "reading only if a second reading agrees");
   if (round.requests > 0) {
     const auto each = round.time / static_cast<int>(round.requests);
-    out << ", one request (about "
+    out << "; this costs one request (about "
         << FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(each)) << ") for each "
-        << (always == 0 ? "jump, none while values are quiet" : "poll");
+        << (always == 0 ? "jump" : "poll");
   }
   out << '\n';
 }
@@ -153,13 +154,13 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   PrintWeb(config, out);
   if (records::NeedsState(config, catalog)) {
     out << "state " << StateFolderOf(records::StatePlaces::Here(config.state), config.name).string()
-        << (records::CanWrite(config) ? ": learned facts of devices, and every write\n"
-                                      : ": learned facts of devices\n");
+        << (records::CanWrite(config) ? ": data learned from devices, and every write\n"
+                                      : ": data learned from devices\n");
     PrintEvents(config, out);
     PrintOfMeters(config, out);
     PrintHistory(config, out);
   }
-  out << "reload applies all but gateway (other than its alarms), modbus.enabled, ";
+  out << "reload applies all settings except gateway (its alarms are applied), modbus.enabled, ";
   VisitFields(&config, [&](auto field) {
     if constexpr (requires { (config.*field.member).kReloads; }) {
       if (!(config.*field.member).kReloads) out << field.key << ", ";

@@ -80,8 +80,9 @@ void PrintHistory(const config::Config& config, std::ostream& out) {
   if (!folder.empty()) out << " in " << folder.string();
   out << ": about " << Megabytes(estimate.least) << " a day while nothing changes, at most "
       << Megabytes(estimate.most) << ", and " << Megabytes(estimate.minutes)
-      << " of minutes; the limit of " << Megabytes(history.limit) << " is reached after "
-      << days(estimate.least) << ", or " << days(estimate.most) << " if every reading differs; "
+      << " for the means of each minute; the limit of " << Megabytes(history.limit)
+      << " is reached after " << days(estimate.least) << ", or " << days(estimate.most)
+      << " if every reading differs; "
       << "days older than " << FormatDuration(history.keep) << " are deleted\n";
 }
 
@@ -206,7 +207,7 @@ void PrintWeb(const config::Config& config, std::ostream& out) {
   for (std::size_t i = 0; i < web.allow.size(); ++i) {
     out << (i == 0 ? ", for " : ", ") << web.allow[i].text;
   }
-  if (web.allow.empty()) out << ", for everybody who reaches it";
+  if (web.allow.empty()) out << ", for everybody who can connect";
   if (web.acknowledge) out << "; alarms may be acknowledged";
   out << "\n  metrics    at most " << web::SeriesOf(config) << " series\n";
 }
@@ -271,8 +272,8 @@ void AddRoute(const config::Modbus& modbus, const Route& route, UnitSet units, R
   if (units[0] && IsBroadcast(route)) {
     const bool passed = !Passing(modbus).empty();
     rows.push_back({"0 (writes)",
-                    route.Target() + ", all slaves, never answered" +
-                        (passed ? "" : "; but no listener has broadcast: pass"),
+                    route.Target() + ", all slaves, without an answer" +
+                        (passed ? "" : "; not sent, because no listener has broadcast: pass"),
                     deadline});
     units.reset(0);
   }
@@ -306,7 +307,7 @@ void AddBroadcasts(const config::Config& config, Rows& rows) {
   const auto places = Passing(config.modbus);
   if (lines.empty() || places.empty()) return;
   std::string target = "all slaves of line" + std::string(lines.size() == 1 ? " " : "s ") +
-                       ListOf(lines) + ", never answered";
+                       ListOf(lines) + ", without an answer";
   if (places.size() < config.modbus.listen.size()) target += " (from " + ListOf(places) + ")";
   rows.push_back({"0 (writes)", std::move(target), ""});
 }
@@ -344,7 +345,7 @@ std::vector<UnitRow> UnitRows(const config::Config& config) {
 }
 
 void PrintRouteTable(const config::Config& config, std::ostream& out) {
-  out << "\nModbus units, in the order of matching\n";
+  out << "\nModbus units; the first row that matches a unit applies\n";
   TextTable table({"unit", "goes to", "deadline"});
   for (const UnitRow& row : UnitRows(config)) table.Add({row.units, row.target, row.deadline});
   table.PrintAligned(out, "  ");
@@ -377,7 +378,7 @@ std::string Describe(const config::Listener& listener) {
         std::string(Title(listener.framing)) + (listener.speaks_serial() ? " over TCP, " : ", ");
   }
   text += Describe(listener.permit);
-  if (listener.is_serial()) return text + ", for the master there";
+  if (listener.is_serial()) return text + ", for the master at this port";
   return text + ", for " + Whom(listener.allow);
 }
 
@@ -413,8 +414,8 @@ void PrintListener(const config::Listener& listener, std::ostream& out) {
   out << "  priority   " << DescribePriorities(listener) << '\n';
   const bool silent = listener.errors == config::Listener::Errors::silent;
   out << "  errors     "
-      << (silent ? "silent: nothing is answered instead of 0x06, 0x0A and 0x0B"
-                 : "exceptions 0x06, 0x0A and 0x0B are answered")
+      << (silent ? "silent: no answer in place of the exceptions 0x06, 0x0A and 0x0B"
+                 : "exceptions 0x06, 0x0A and 0x0B are sent")
       << '\n';
   const bool pass = listener.broadcast == config::Listener::Broadcast::pass;
   out << "  broadcast  "

@@ -26,7 +26,7 @@ std::string Joined(const Range& range, Text text) {
 }
 
 inline std::string Whom(const std::vector<config::Network>& allow) {
-  if (allow.empty()) return "everybody who reaches it";
+  if (allow.empty()) return "everybody who can connect";
   return Joined(allow, [](const auto& network) { return network.text; });
 }
 

@@ -72,7 +72,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   }
   if (marked.mark != '>' && marked.mark != '<') return {};
   const auto hex = diagnosis::ParseMaskedHex(marked.rest);
-  if (!hex) return Error{"these are not hex bytes"};
+  if (!hex) return Error{"the text after '>' or '<' is not hex bytes"};
   const bool continues =
       !captures.empty() && !captures.back().ended && Continues(captures.back(), marked);
   if (marked.mark == '>') {
@@ -188,7 +188,9 @@ class TracedDecoders {
     if (!options_.protocol.empty() || !options_.profile.empty()) devices_.clear();
     if (!devices_.empty()) return {};
     if (!options_.protocol.empty() || !options_.profile.empty()) return For("").first;
-    return Error{"the captures have no trace head that names the protocol; add --protocol"};
+    return Error{
+        "the protocol is unknown, because the captures lack the head that 'baudgate trace' prints; "
+        "add --protocol"};
   }
 
   /// Returns the decoder of a device, or null and the reason. All devices that the head does not

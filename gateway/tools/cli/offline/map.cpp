@@ -133,12 +133,12 @@ void PrintTable(const config::Config& config, std::ostream& out) {
   ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {
     PrintDevice(config, line, device, out);
   });
-  out << "Addresses count from 0 as on the wire (mbpoll -0); PLC is the same place in 1-based "
-         "notation.\n"
+  out << "Addresses count from 0 as on the wire (mbpoll -0); the column PLC counts from 1.\n"
          "Each register N has its quality (OPC code) at N + 20000 and its age in 0.1 s at N + "
-         "40000;"
-         "\na bit N is good when the bit N + 20000 is set. Every unit has its device status block "
-         "at 9000\nand its events at 9016 to 9095; units 0 and 255 are the gateway itself.\n";
+         "40000;\n"
+         "a bit N is good when the bit N + 20000 is set. Every unit has its device status block at "
+         "9000\n"
+         "and its events at 9016 to 9095; units 0 and 255 are the gateway itself.\n";
 }
 
 void PrintMarkdown(const config::Config& config, std::ostream& out) {
@@ -307,13 +307,13 @@ class Area {
       out << fmt::format("  (* {} {} from {} (function {}): %{}W{}{} *)\n",
                          input ? "read" : "write", Of(words_, "register"), words_.first,
                          input ? "4 or 3" : "16", letter_, words_.base,
-                         input ? "" : "; each by itself where there are holes");
+                         input ? "" : "; where an address is missing, write each value by itself");
     }
     if (bits_.size() > 0) {
       out << fmt::format("  (* {} {} from {} (function {}): %{}X{}.0{} *)\n",
                          input ? "read" : "write", Of(bits_, "bit"), bits_.first,
                          input ? "2 or 1" : "15", letter_, 2 * bits_.base,
-                         input ? "" : "; each by itself where there are holes");
+                         input ? "" : "; where an address is missing, write each value by itself");
     }
   }
 
@@ -356,9 +356,9 @@ void PrintVariables(const config::Device& device, const Area& area, const std::s
 
 void PrintStructuredText(const config::Config& config, std::ostream& out) {
   out << "(* Points of gateway " << config.name
-      << ". Each unit is a Modbus slave of the PLC; the comments say which of its registers are\n"
-         "   copied where. %IW0 is %IX0.0 to %IX1.7. Values of several registers have the word "
-         "order of their unit. *)\n";
+      << ". Each unit is a Modbus slave of the PLC; the comments show where its registers are\n"
+         "   copied to. %IW0 is %IX0.0 to %IX1.7. Values of several registers have the word order "
+         "of their unit. *)\n";
   int next_input = 0;
   int next_output = 0;
   ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {

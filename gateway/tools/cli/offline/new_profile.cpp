@@ -394,8 +394,9 @@ std::string ProfileText(const RegisterList& list, const NewProfileOptions& optio
 
 void AskForFirst(const RegisterList& list, const NewProfileOptions& options, std::ostream& err) {
   err << "baudgate: registers " << list.numbers << " of " << options.file
-      << ": say how the list numbers the first holding register, because a wrong number reads "
-         "other registers. See the example in the manual, or try a known value with each:\n"
+      << ": it is unknown how the list numbers the first holding register, and a wrong number "
+         "reads other registers. Add the option that fits the example in the manual or a known "
+         "value:\n"
          "  --first-register 0      0, as on the wire\n"
          "  --first-register 1      1\n"
          "  --first-register 40001  40001; 30001 is the first input register, 10001 a discrete "
@@ -440,9 +441,9 @@ int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catal
     return RegistersOf(point.form) > 1 && !point.form.starts_with("string") && point.order.empty();
   });
   if (wide) {
-    err << "note: values of several registers are read high word first; if the manual says CDAB, "
-           "\"low word first\" or \"swapped\", add the line 'order: CDAB' to the profile, "
-           "or a column 'order' to the list\n";
+    err << "note: values of several registers are read high word first. If the manual says CDAB, "
+           "\"low word first\" or \"swapped\", add the line 'order: CDAB' to the profile, or a "
+           "column 'order' to the list\n";
   }
   return kExitDone;
 }

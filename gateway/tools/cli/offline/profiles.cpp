@@ -222,7 +222,8 @@ int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format, std::
     const protocols::Protocol* protocol = catalog.FindProtocol(file.protocol);
     if (!protocol) continue;
     const auto loaded = config::LoadProfile(file.path.string(), *protocol, catalog);
-    const std::string title = loaded.ok() ? loaded.profile.title : "(bad; see profiles NAME)";
+    const std::string title =
+        loaded.ok() ? loaded.profile.title : "(has errors; run 'baudgate profiles NAME')";
     const std::size_t points = loaded.profile.points.size();
     const std::string path = file.path.string();
     const bool local = path.starts_with(config::kLocalProfiles);

@@ -185,7 +185,7 @@ class ListReader {
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
       const auto column = ColumnNamed(row.cells[i]);
       if (column && !columns_.emplace(*column, i).second) {
-        Error(row.line, "column " + Quoted(row.cells[i]) + " is there twice, or under two names");
+        Error(row.line, "column " + Quoted(row.cells[i]) + " occurs twice, or under two names");
       }
       if (!column && !row.cells[i].empty()) {
         list_.warnings.push_back(file_ + ":" + std::to_string(row.line) + ": column " +
@@ -273,7 +273,7 @@ class ListReader {
     if (!usable && point.description.empty()) point.description = given;
     const auto [first, is_new] = names_.emplace(Lower(point.name), row.line);
     if (!is_new) {
-      Error(row.line, "point " + Quoted(point.name) + " is there twice, first in line " +
+      Error(row.line, "point " + Quoted(point.name) + " occurs twice, first in line " +
                           std::to_string(first->second) + "; give one of them another name");
     }
   }
@@ -342,12 +342,12 @@ class ListReader {
     const auto place = ParseRegister(given);
     if (!place) {
       const bool modicon = first_ == FirstRegister::modicon;
-      return Error(row.line, "register " + Quoted(given) + " is not valid" +
-                                 (modicon ? ": 40001 is the first holding register; write "
-                                            "40001 to 49999 or, in six digits, 400001 to 465536; "
-                                            "input registers begin at 30001 or 300001, discrete "
-                                            "inputs at 10001 or 100001, coils at 1"
-                                          : "; write a number, or for example 'input 3'"));
+      return Error(row.line,
+                   "register " + Quoted(given) + " is not valid" +
+                       (modicon ? ". Write 40001 to 49999 (or 400001 to 465536) for a holding "
+                                  "register; input registers begin at 30001 (300001), discrete "
+                                  "inputs at 10001 (100001), coils at 1"
+                                : "; write a number, or for example 'input 3'"));
     }
     if (!place->table.empty() && !column.empty() && place->table != column) {
       return Error(row.line, "register " + Quoted(given) + " is of table " + place->table +

@@ -60,7 +60,8 @@ int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, 
   }
   if (options.events) {
     const auto [raised, lost] = (*simulator)->event_counts();
-    out << "events raised " << raised << ", lost because the device was full " << lost << "\n";
+    out << "events raised " << raised << ", lost because the memory of the device was full " << lost
+        << "\n";
   }
   return 0;
 }
@@ -170,7 +171,8 @@ class Bench {
     if (at->host == "localhost") options.listen->host = "127.0.0.1";
     const auto network = config::ParseNetwork(options.listen->host);
     if (network && config::IsLoopback(*network)) return {};
-    return Error{"line " + line.name + ": " + line.port + " is another machine" + Hint()};
+    return Error{"line " + line.name + ": " + line.port +
+                 " is a port of another machine, which cannot be simulated here" + Hint()};
   }
 
   std::string Hint() const {
@@ -209,8 +211,9 @@ Status WriteTrial(const SimulateConfigOptions& options, const std::string& text,
       if (!problem.warning) return Error{problem.mark.ToString() + ": " + problem.message};
     }
   }
-  const std::string head = std::string(kTrialHead) + options.file +
-                           ": simulated devices in the place of its ports, outputs on loopback.\n";
+  const std::string head =
+      std::string(kTrialHead) + options.file +
+      ": its ports lead to simulated devices, and its outputs listen on loopback only.\n";
   if (const int failed = WriteWhole(options.write, head + trial->yaml)) {
     return Error{options.write + " cannot be written: " + std::strerror(failed)};
   }

@@ -227,9 +227,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr char kNoPorts[] =
-    "This machine has no serial port. Plug an adapter in; if none appears, `sudo dmesg | tail` "
-    "shows what the kernel reports. Serial servers in the network need no port: "
-    "port: tcp://HOST:PORT.\n";
+    "This machine has no serial port. Plug an adapter in (if none appears, see `sudo dmesg | "
+    "tail`), or use a serial server in the network: port: tcp://HOST:PORT.\n";
 /// Recommended latency of an FTDI adapter, in ms. Its default, 16 ms, is long between two frames.
 constexpr int kShortLatency = 1;
 
@@ -282,7 +281,7 @@ void AddAdvice(const PortsPlace& place, Row& row) {
   }
   if (port.twin) {
     row.advice.push_back(
-        fmt::format("another adapter has the same serial number {}; use the name by place "
+        fmt::format("another adapter has the same serial number {}; use the name by USB socket "
                     "(/dev/serial/by-path)",
                     port.serial));
   }
@@ -344,7 +343,7 @@ std::string AdapterText(const FoundPort& port) {
 }
 
 void PrintTable(const std::vector<Row>& rows, std::ostream& out) {
-  TextTable table({"port", "driver", "adapter", "held by", "name that stays"});
+  TextTable table({"port", "driver", "adapter", "held by", "stable name"});
   for (const Row& row : rows) {
     table.Add({row.port.path(), row.port.driver, AdapterText(row.port), Joined(row.held_by),
                row.port.links.empty() ? "" : row.port.links.front()});

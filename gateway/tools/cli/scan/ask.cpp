@@ -108,9 +108,8 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   const std::string name =
       options.protocol.empty() ? ProtocolLike(options.telegram, catalog) : options.protocol;
   if (name.empty()) {
-    return Fail(
-        err, kExitUsage,
-        "--protocol is missing, and the beginning of the telegram does not show the protocol");
+    return Fail(err, kExitUsage,
+                "add --protocol, because the beginning of the telegram does not show the protocol");
   }
   const protocols::Protocol* known = catalog.FindProtocol(name);
   if (known != nullptr && known->telegram == nullptr) {
@@ -118,7 +117,7 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   }
   if (known != nullptr && known->describe != nullptr && options.profile.empty()) {
     return Fail(err, kExitUsage,
-                "--profile is missing: only a profile defines the telegrams, and which telegrams "
+                "add --profile, because only a profile defines the telegrams, and which telegrams "
                 "only read");
   }
   const auto line =
@@ -136,9 +135,9 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   if (!telegram) return Fail(err, kExitUsage, telegram.error());
   if (!protocol.telegram->is_read(*telegram, its) && !options.write) {
     return Fail(err, kExitUsage,
-                "this telegram may write (" +
+                "not sent, because this telegram may write (" +
                     MaskedHex(*telegram, protocol.expect(*telegram, its)) +
-                    "); to send it, add --write");
+                    "); add --write to send it");
   }
   const StopSignals stop;
   config::SerialSettings serial = line->serial;
@@ -204,8 +203,8 @@ int RunAsk(const AskOptions& options, const config::Catalog& catalog, std::ostre
   const std::string refused = OptionOfPort(options);
   if (!refused.empty()) {
     return Fail(err, kExitUsage,
-                refused + " is for a free port; the settings of line " + options.target +
-                    " are in the configuration of the gateway");
+                refused + " is only for a free port; remove it, because the settings of line " +
+                    options.target + " are in the configuration of the gateway");
   }
   return AskGateway(options, catalog, out, err);
 }

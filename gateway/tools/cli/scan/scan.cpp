@@ -88,7 +88,7 @@ void ScanView::OnProgress(const scan::Progress& progress) {
   drawn_at_ = now;
   drawn_ = true;
   err_ << kStartOfLine << progress.doing << "; found " << progress.found << "; "
-       << TimeLeft(progress.left) << " left, Ctrl-C ends it" << std::flush;
+       << TimeLeft(progress.left) << " left; Ctrl-C ends the scan" << std::flush;
 }
 
 void ScanView::OnFound(const scan::Found& found) {
@@ -106,7 +106,7 @@ void ScanView::OnFound(const scan::Found& found) {
 bool ScanView::MayTalk(const std::string& who) {
   Clear();
   if (options_.over_traffic) return true;
-  const std::string why = who + "; a scan disturbs it";
+  const std::string why = who + "; a scan disturbs this traffic";
   if (AskUser("baudgate: " + why + ". Scan anyway?", stop_, err_)) return true;
   refused_ = true;
   if (!HasUser()) {
@@ -139,7 +139,7 @@ void ScanView::Conclude(const scan::Report& report) {
   }
   if (!report.asked && !refused_) {
     words << (report.ended
-                  ? "No request was sent: no protocol has these addresses.\n"
+                  ? "No request was sent, because no protocol has the addresses of --addresses.\n"
                   : "The scan ended before the first request, while it listened to the line.\n");
   } else if (!report.ended && !refused_) {
     words << "The scan ended before all addresses were asked.\n";

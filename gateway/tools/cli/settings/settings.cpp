@@ -68,7 +68,9 @@ WriteReport SocketWriter::Write(const std::string& point, const std::string& val
   if (answer.contains("error")) return {"denied", tools::TextOf(answer, "message")};
   WriteReport report{tools::TextOf(answer, "end"), tools::TextOf(answer, "reason")};
   report.read_back = answer.value("read_back", false);
-  if (report.end.empty()) return {"unknown", "the gateway has another version than this program"};
+  if (report.end.empty())
+    return {"unknown",
+            "the gateway has another version than this program; restart or update the gateway"};
   return report;
 }
 
@@ -167,7 +169,7 @@ int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostr
   if (unknown == 0 && !sheet.designation.empty()) return 0;
   if (unknown > 0) {
     err << "baudgate: " << options.target << ": " << Count(static_cast<std::size_t>(unknown))
-        << " of " << sheet.settings.size() << " not known now; the file has the reasons\n";
+        << " of " << sheet.settings.size() << " without a value now; the file shows the reasons\n";
   }
   if (sheet.designation.empty()) {
     err << "baudgate: " << options.target
@@ -191,9 +193,9 @@ int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::o
       << (comparison.different.empty() ? "no setting differs"
                                        : Count(comparison.different.size()) + " of " +
                                              std::to_string(file.settings.size()) + " differ")
-      << " from " << options.file << " of " << file.time << ", as read "
+      << " from " << options.file << " of " << file.time << "; the device was read at most "
       << FormatDuration(std::chrono::ceil<std::chrono::seconds>(now.oldest().value_or(Duration())))
-      << " ago or later\n";
+      << " ago\n";
   return comparison.same() ? 0 : kDiffers;
 }
 
@@ -321,7 +323,7 @@ class Restore {
     } else {
       Tell(err_, row,
            here != nullptr ? "written, but the relay shows " + *here->value
-                           : "written, not read back");
+                           : "written, but not read back in time; compare the settings again");
     }
   }
 
@@ -383,7 +385,8 @@ int RunSettingsRestore(const SettingsOptions& options, PointWriter& writer, std:
   if (!denials.empty()) {
     out << now.target() << " (" << now.designation
         << "): nothing is written: " << Count(denials.size()) << " of " << plan->size()
-        << " would be denied; allow them, or remove their rows from the file\n";
+        << " would be denied; allow them with 'write' at the device in the configuration, or "
+           "remove their rows from the file\n";
     return kDiffers;
   }
   if (!options.confirm) {

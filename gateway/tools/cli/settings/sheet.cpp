@@ -221,7 +221,9 @@ Status CheckFit(const Sheet& file, const Sheet& now) {
                                 now.protocol + " device with profile " + quoted(now.profile));
   }
   if (file.designation.empty()) {
-    return Wrong(file.mark, "designation: the file does not say which device it was read from");
+    return Wrong(file.mark,
+                 "designation: the file does not name the device from which it was read; dump the "
+                 "settings again");
   }
   if (now.designation.empty()) {
     return Wrong(
@@ -244,9 +246,11 @@ Status CheckFit(const Sheet& file, const Sheet& now) {
                                    " in this file, but item " + here->item + " of " + now.target());
     }
     if (here->unit != filed.unit || !IsNear(here->scale, filed.scale)) {
-      return Wrong(filed.mark, quoted(filed.point) + " is in " + UnitOf(filed) +
-                                   " in this file, but in " + UnitOf(*here) + " of " +
-                                   now.target() + ": its `ratios` or `scale` have changed");
+      return Wrong(
+          filed.mark,
+          quoted(filed.point) + " is in " + UnitOf(filed) + " in this file, but in " +
+              UnitOf(*here) + " of " + now.target() +
+              ": its `ratios` or `scale` have changed; set them back, or dump the settings again");
     }
   }
   return {};
@@ -258,12 +262,11 @@ Comparison Compare(const Sheet& file, const Sheet& now) {
     const Setting* const here = now.Find(filed.point);
     if (here == nullptr) continue;  // CheckFit reports this setting
     if (!filed.known) {
-      comparison.open.push_back(filed.point + " (" + filed.item +
-                                ") was not known when the file was written");
+      comparison.open.push_back(filed.point + " (" + filed.item + ") has no value in the file");
     } else if (!here->known) {
       ++comparison.unread;
       comparison.open.push_back(filed.point + " (" + filed.item +
-                                ") is not known now: " + here->quality);
+                                ") has no value now: " + here->quality);
     } else if (!IsSameValue(*filed.value, *here->value, here->resolution)) {
       comparison.different.push_back({&filed, here});
     }

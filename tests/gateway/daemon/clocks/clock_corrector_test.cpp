@@ -174,7 +174,7 @@ TEST_F(ClockCorrectorTest, DoesNotTryWhenTheAttemptCannotBeStored) {
   AnswerRead(12.3);
   EXPECT_THAT(asked_, IsEmpty());
   ASSERT_THAT(told_, SizeIs(1));
-  EXPECT_THAT(told_[0], HasSubstr("left: it is 12.3 s ahead; the attempt cannot be recorded"));
+  EXPECT_THAT(told_[0], HasSubstr("left: it is 12.3 s ahead; the attempt cannot be saved"));
 }
 
 TEST_F(ClockCorrectorTest, ReportsTheOutcomeAfterAReload) {

@@ -71,7 +71,7 @@ TEST(Difference, AChangedLineIsNamedAndLeavesTheOtherLinesUntouched) {
        [](Config& config) { config.lines[1].devices[0].points.push_back(PointOf("power")); },
        Action::restarted, "y-a.power is new"},
       {"one device less", [](Config& config) { config.lines[1].devices.pop_back(); },
-       Action::restarted, "device y-b is gone"},
+       Action::restarted, "device y-b is removed"},
       {"the order of devices",
        [](Config& config) { std::swap(config.lines[1].devices[0], config.lines[1].devices[1]); },
        Action::restarted, "order"},

@@ -149,7 +149,7 @@ TEST(Probation, RollsBackByTimeAndDeviceHealth) {
   const TrialCase cases[] = {
       {"all is well", Health::well, 30s, Health::well, ""},
       {"the last moment", Health::well, 59s, Health::well, ""},
-      {"nobody comes", Health::well, 60s, Health::well, "nobody has confirmed it in time"},
+      {"nobody comes", Health::well, 60s, Health::well, "nobody ran 'baudgate confirm' in time"},
       {"gone bad", Health::well, 1s, Health::ill, "bay.a worked before the change, and fails now"},
       {"bad before", Health::ill, 30s, Health::ill, ""},
       {"not asked yet", Health::well, 19s, Health::unknown, ""},
@@ -200,7 +200,7 @@ TEST(Probation, RestartedDuringATrialRemembersWhichDevicesWorkedBefore) {
   EXPECT_THAT(look(70s, Health::unknown, Health::well), HasSubstr("bay.a worked before"));
   EXPECT_THAT(look(60s, Health::well, Health::ill), HasSubstr("bay.b worked before"));
   EXPECT_EQ(look(109s, Health::well, Health::well), "");
-  EXPECT_THAT(look(110s, Health::well, Health::well), HasSubstr("nobody has confirmed"));
+  EXPECT_THAT(look(110s, Health::well, Health::well), HasSubstr("nobody ran 'baudgate confirm'"));
   probation.End();
   probation.Begin(kStart, 60s, {});
   EXPECT_EQ(look(30s, Health::ill, Health::ill), "") << "of one that has ended nothing is known";

@@ -230,7 +230,8 @@ TEST(Certs, PrintsTheSettingsAndRefusesToOverwrite) {
   EXPECT_EQ(tools::RunCerts({folder.path(), {}, 1}, out, err), 0) << err.str();
   EXPECT_THAT(out.str(), HasSubstr("watch --security " + folder.In("subscriber-2")));
   EXPECT_EQ(tools::RunCerts({folder.path(), {}, {}}, out, err), 4);
-  EXPECT_THAT(err.str(), HasSubstr("has an authority already; name the identities to issue"));
+  EXPECT_THAT(err.str(),
+              HasSubstr("already contains a certificate authority; add the identities to issue"));
   EXPECT_EQ(tools::RunCerts({folder.path(), {"sub-7"}, 0}, out, err), 4);
   EXPECT_THAT(err.str(), HasSubstr("is there already; no file is overwritten"));
   EXPECT_EQ(tools::RunCerts({folder.path(), {"../x"}, 0}, out, err), 2);

@@ -126,11 +126,11 @@ std::string CutBehind(std::string_view last, std::string text) {
 TEST_F(StatusTest, ALineIsShownWithItsCountersAndAChart) {
   EXPECT_EQ(CutBehind("overruns 0", Shown("bay-1")), R"(bay-1: spabus on /dev/ttyUSB0, 9600 7E1
   port        open (serial /dev/ttyUSB0 9600 7E1) since 2026-09-21T11:13:20.000Z, lost: 0
-  use         38 % of the last full minute, busy 68 min of 3 h
+  use         38 % of the last full minute; since the start, busy 68 min of 3 h
   exchanges   1100: ok 1008, no_reply 92
   bytes       12000 in, 9000 out, 0 stray
   trouble     late 0, echoes 0, collisions 0, parity errors 0, framing errors 0, overruns 0
-  absent      probed 80 times; a return is noticed within 9.0 s
+  absent      probed 80 times; a new answer is noticed within 9.0 s
 
   round trips: mean 25 ms, half within 28 ms, 99 % within 28 ms
   up to   33 ms  ########################################  1000

@@ -110,8 +110,8 @@ TEST_F(AuditLogTest, AHangingDiskDelaysNoWrite) {
   Await(*log, records::Disk::fine);
   EXPECT_EQ(log->WaitFor(*second, Ever()), Written::yes);
   ASSERT_EQ(heard().size(), 2U) << "its begin and its end";
-  EXPECT_THAT(heard()[0],
-              HasSubstr("warn: audit: the disk does not answer in time; writes are still sent"));
+  EXPECT_THAT(heard()[0], HasSubstr("warn: audit: the disk does not answer in time (check it with "
+                                    "dmesg); writes are still sent"));
   EXPECT_THAT(heard()[1], HasSubstr("inform: audit: writes are recorded again"));
 }
 

@@ -92,14 +92,15 @@ TEST_F(EventLogTest, RecordsHowTheGatewayStartedAndEnded) {
   EXPECT_EQ(texts[0], "baudgate 1 has started");
   EXPECT_EQ(texts[1], "1");
   EXPECT_EQ(texts[2], "the gateway ends");
-  EXPECT_EQ(texts[3], "baudgate 2 has started; the run before ended in order");
+  EXPECT_EQ(texts[3], "baudgate 2 has started; the previous run was stopped normally");
   const std::string other = (file().parent_path() / "killed.db").string();
   std::filesystem::copy(file(), other);
   std::filesystem::copy(file().string() + "-wal", other + "-wal");
   const auto next = Start(other, {}, {}, true);
   next->queue().Started("4");
   while (next->state().newest < 8) std::this_thread::yield();
-  EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the run before was broken off after"));
+  EXPECT_THAT(Texts(*next).back(),
+              HasSubstr("4 has started; the previous run ended unexpectedly after"));
 }
 
 TEST_F(EventLogTest, AFileFoundDamagedByAReaderIsPutAsideAtTheNextLook) {
@@ -293,7 +294,9 @@ TEST_F(EventLogTest, AlarmsWorkWhileTheDiskHangs) {
   log->Watch();
   EXPECT_EQ(log->state().disk, records::Disk::stalled);
   EXPECT_EQ(log->state().alarms_active, 2U);
-  EXPECT_THAT(heard(), Contains(HasSubstr("warn: events: the disk does not answer in time")));
+  EXPECT_THAT(
+      heard(),
+      Contains(HasSubstr("warn: events: the disk does not answer in time (check it with dmesg)")));
   EXPECT_NE(Ack(*log, {.all = true, .by = "user:anna"}).trouble, "") << "nobody waits for it";
   log->Watch();
   disk.Hang(false);
@@ -359,7 +362,7 @@ TEST_F(EventLogTest, ARestartEndsUnconfiguredAlarms) {
   watches_ = Only("b");
   const auto log = Start(file());
   while (log->state().newest < 3) std::this_thread::yield();
-  EXPECT_EQ(Texts(*log).back(), "not in the configuration any more: a");
+  EXPECT_EQ(Texts(*log).back(), "the configuration no longer has this alarm: a");
   EXPECT_EQ(log->state().alarms_active, 1U);
   EXPECT_EQ(log->state().alarms_unacknowledged, 2U) << "nobody has seen it yet";
 }
@@ -372,8 +375,9 @@ TEST_F(EventLogTest, AReloadEndsUnconfiguredAlarms) {
   log->queue().Tell(Raised("c"));
   log->queue().Renumber({{"bay-1", "feeder-1"}}, Only("b"));
   while (log->state().newest < 5) std::this_thread::yield();
-  EXPECT_THAT(Texts(*log), ElementsAre("a", "b", "c", "not in the configuration any more: a",
-                                       "not in the configuration any more: c"));
+  EXPECT_THAT(Texts(*log),
+              ElementsAre("a", "b", "c", "the configuration no longer has this alarm: a",
+                          "the configuration no longer has this alarm: c"));
   EXPECT_EQ(log->state().alarms_active, 1U);
   EXPECT_EQ(log->state().alarms_unacknowledged, 3U);
 }

@@ -176,7 +176,7 @@ TEST_F(RecordServiceTest, AnIncompleteRecordIsNotStored) {
   Owe(412);
   for (int i = 1; i < RecordService::kTries; ++i) {
     Read(0, 1);
-    Answer({.reason = "not all was answered"});
+    Answer({.reason = "the device has not answered all requests"});
     Drain();
     EXPECT_THAT(kept_, IsEmpty());
     Hear(1s);
@@ -184,10 +184,10 @@ TEST_F(RecordServiceTest, AnIncompleteRecordIsNotStored) {
     Hear(RecordService::kAgain);
   }
   Read(0, 1);
-  Answer({.reason = "not all was answered"});
+  Answer({.reason = "the device has not answered all requests"});
   ASSERT_THAT(kept_, SizeIs(1));
   EXPECT_EQ(kept_[0].state, RecordState::not_read);
-  EXPECT_EQ(kept_[0].text, "not all was answered");
+  EXPECT_EQ(kept_[0].text, "the device has not answered all requests");
   EXPECT_THAT(kept_[0].values, IsEmpty());
 }
 
@@ -228,7 +228,7 @@ TEST_F(RecordServiceTest, AMissingItemOfTheDeviceIsNotAwaited) {
   Read(2, 0, {Quality::bad_configuration, Reason::not_fitted});
   Owe(412);
   Read(0, 5);
-  Answer({.reason = "not all was answered"});
+  Answer({.reason = "the device has not answered all requests"});
   Drain();
   ASSERT_THAT(kept_, SizeIs(1));
   EXPECT_EQ(kept_[0].state, RecordState::read);
@@ -307,7 +307,7 @@ TEST_F(RecordServiceTest, AfterAReloadWithoutTheDeviceItsRecordIsNotRead) {
   service_.TakeOver();
   ASSERT_THAT(kept_, SizeIs(1));
   EXPECT_EQ(kept_[0].state, RecordState::not_read);
-  EXPECT_THAT(kept_[0].text, HasSubstr("no such record of this device any more"));
+  EXPECT_THAT(kept_[0].text, HasSubstr("no longer has this record of the device"));
 }
 
 TEST_F(RecordServiceTest, AnAnswerOfARemovedDeviceIsIgnored) {
@@ -370,11 +370,14 @@ TEST(OwnRecords, DescribeTheConditionOfALine) {
        EventState::on,
        "taken out of use"},
       {{OwnCode::not_in_use, true, "b", "d"}, 1000010, EventState::off, "in use again"},
-      {{OwnCode::wrong_device, false, "b", "d"}, 1000011, EventState::on, "not what it should be"},
+      {{OwnCode::wrong_device, false, "b", "d"},
+       1000011,
+       EventState::on,
+       "does not match the configuration"},
       {{OwnCode::wrong_device, true, "b", "d"},
        1000011,
        EventState::off,
-       "what it should be again"},
+       "matches the configuration again"},
       {{OwnCode::replaced, false, "b", "d", "7 for 8"},
        1000012,
        EventState::message,
@@ -405,15 +408,16 @@ TEST(OwnRecords, DescribeStartAndEndOfTheGateway) {
   using End = LastRun::End;
   EXPECT_EQ(StartRecord("1", {}, kAt).text, "baudgate 1 has started");
   EXPECT_EQ(StartRecord("1", {End::in_order, kAt}, kAt).text,
-            "baudgate 1 has started; the run before ended in order");
-  EXPECT_EQ(StartRecord("1", {End::broken_off, kAt}, kAt).text,
-            "baudgate 1 has started; the run before was broken off after " + FormatWallTime(kAt));
+            "baudgate 1 has started; the previous run was stopped normally");
+  EXPECT_EQ(
+      StartRecord("1", {End::broken_off, kAt}, kAt).text,
+      "baudgate 1 has started; the previous run ended unexpectedly after " + FormatWallTime(kAt));
   EXPECT_EQ(StartRecord("1", {}, kAt).code, 1000001U);
   EXPECT_EQ(EndRecord(kAt).code, 1000002U);
   EXPECT_EQ(EndRecord(kAt).text, "the gateway ends");
   const EventRecord trouble = DiskTroubleRecord("/a/events.db", "/a/events.db: full", kAt, kAt);
   EXPECT_EQ(trouble.code, 1000004U);
-  EXPECT_EQ(trouble.text, "no event could be kept since " + FormatWallTime(kAt) + ": full");
+  EXPECT_EQ(trouble.text, "no event could be stored since " + FormatWallTime(kAt) + ": full");
 }
 
 TEST(OwnRecords, DescribeTheStatesOfAnAlarm) {
@@ -433,7 +437,7 @@ TEST(OwnRecords, DescribeTheStatesOfAnAlarm) {
   const EventRecord gone = NotWatchedRecord(alarm, kAt);
   EXPECT_EQ(gone.code, 1000017U);
   EXPECT_EQ(gone.state, EventState::off);
-  EXPECT_EQ(gone.text, "not in the configuration any more: current 8: above 5");
+  EXPECT_EQ(gone.text, "the configuration no longer has this alarm: current 8: above 5");
   EXPECT_EQ(gone.mark.step, AlarmMark::Step::clear);
   EXPECT_EQ(gone.line + "." + gone.device, "b.d");
 }

@@ -272,13 +272,15 @@ TEST(FaultText, ARateMayHaveAnExponent) {
 TEST(FaultText, ErrorsListTheAllowedWords) {
   EXPECT_THAT(ErrorOf("los"), HasSubstr("no fault 'los'; did you mean 'loss'?"));
   EXPECT_THAT(ErrorOf(""), HasSubstr("loss, bits, echo, stall, dribble"));
-  EXPECT_THAT(ErrorOf("bits:cuont=2"), HasSubstr("fault bits: there is no key 'cuont'; did you "
-                                                 "mean 'count'? there are: count, rate, seed"));
-  EXPECT_THAT(ErrorOf("loss:count=2"), HasSubstr("fault loss: there is no key 'count'"));
-  EXPECT_THAT(ErrorOf("death:rate=0.5"), HasSubstr("there are: after, for, every"));
-  EXPECT_THAT(ErrorOf("loss:"), HasSubstr("fault loss: there is no key ''"));
+  EXPECT_THAT(
+      ErrorOf("bits:cuont=2"),
+      HasSubstr(
+          "fault bits: unknown key 'cuont'; did you mean 'count'? allowed: count, rate, seed"));
+  EXPECT_THAT(ErrorOf("loss:count=2"), HasSubstr("fault loss: unknown key 'count'"));
+  EXPECT_THAT(ErrorOf("death:rate=0.5"), HasSubstr("allowed: after, for, every"));
+  EXPECT_THAT(ErrorOf("loss:"), HasSubstr("fault loss: unknown key ''"));
   EXPECT_THAT(ErrorOf("loss:rate"), HasSubstr("key rate has no value"));
-  EXPECT_THAT(ErrorOf("loss:seed=1,seed=2"), HasSubstr("seed= is there twice"));
+  EXPECT_THAT(ErrorOf("loss:seed=1,seed=2"), HasSubstr("seed= is given twice"));
   EXPECT_THAT(ErrorOf("loss:rate=2"), HasSubstr("fault loss: rate=2: write a number from 0"));
   EXPECT_THAT(ErrorOf("loss:rate=often"), HasSubstr("rate=often: write a number from 0"));
   EXPECT_THAT(ErrorOf("loss:seed=-1"), HasSubstr("seed=-1: write a whole number from 0"));

@@ -185,7 +185,7 @@ TEST_F(WatchTest, TwoLiveWritersOfOnePointAreAnAlarm) {
   WatchOptions options = Options();
   options.terminal = TableView{.width = 0, .height = 24, .colour = true};
   const Watched table = RunUntilSeen(options, "ALARM");
-  EXPECT_THAT(table.out, HasSubstr("feeder-0 p0 has two live writers, 01.0f."));
+  EXPECT_THAT(table.out, HasSubstr("feeder-0 p0 comes from two senders at once, 01.0f."));
 }
 
 TEST_F(WatchTest, PlainLinesNameThePublisherOnce) {

@@ -44,7 +44,7 @@ function facts(line, labels) {
     ...controlLines(line.modem),
     ...line.services.map(service),
     ['Absent devices', line.notice_bound_ms === null ? 'none'
-      : `a return is noticed within ${ageText(line.notice_bound_ms)}`],
+      : `a new answer is noticed within ${ageText(line.notice_bound_ms)}`],
     ['Round trip', `mean ${micros(line.round_trips.mean_us)}, 99 % ${micros(line.round_trips.p99_us)}`],
   ];
 }

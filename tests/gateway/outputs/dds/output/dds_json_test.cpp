@@ -125,7 +125,7 @@ TEST(DdsJson, CountsWriteRequestsWhereWritingIsAllowed) {
 TEST(DdsJson, CountsSamplesThatTheLibraryRefused) {
   LinkState state = Up();
   state.refused = 2;
-  EXPECT_THAT(Shown(state), HasSubstr(", 1234 samples, 2 not taken by the library\n"));
+  EXPECT_THAT(Shown(state), HasSubstr(", 1234 samples, 2 refused by the DDS library\n"));
 }
 
 TEST(DdsJson, IsShownAsASentenceWhileTheLinkIsDown) {

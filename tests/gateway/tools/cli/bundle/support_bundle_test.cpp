@@ -90,7 +90,8 @@ TEST_F(BundleTest, DoesNotWaitForAConfigurationThatIsAPipe) {
   options_.config = (directory_ / "pipe.yaml").string();
   ASSERT_EQ(::mkfifo(options_.config.c_str(), 0600), 0);
   EXPECT_EQ(Run(), 0);
-  EXPECT_THAT(Files()["baudgate-support/contents.txt"], HasSubstr("pipe.yaml: is no regular file"));
+  EXPECT_THAT(Files()["baudgate-support/contents.txt"],
+              HasSubstr("pipe.yaml: is not a regular file"));
 }
 
 TEST_F(BundleTest, RefusesToOverwriteAFile) {

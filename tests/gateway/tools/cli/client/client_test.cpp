@@ -117,7 +117,9 @@ TEST_F(PointsClient, AWritePrintsItsOutcome) {
   EXPECT_EQ(out_.str(), "io.ai-1.setting: 7.5 written, and read back\n");
   lines_.result = {};
   EXPECT_EQ(Write("7.5"), 0);
-  EXPECT_EQ(out_.str(), "io.ai-1.setting: 7.5 written, confirmed by the device; not read back\n");
+  EXPECT_EQ(
+      out_.str(),
+      "io.ai-1.setting: 7.5 written, and the device has confirmed the write; not read back\n");
   lines_.result = {WriteEnd::unknown, "no reply"};
   EXPECT_EQ(Write("7.5"), kNotDone);
   EXPECT_THAT(out_.str(), IsEmpty());
@@ -150,7 +152,7 @@ TEST_F(PointsClient, ReadPrintsATable) {
   Clear();
   lines_.result = {.reason = "the device is offline"};
   EXPECT_EQ(RunRead({"io.ai-1.setting", false, path()}, out_, err_), kNotDone);
-  EXPECT_THAT(out_.str(), HasSubstr("setting  5.25   A     not read now; earlier: "));
+  EXPECT_THAT(out_.str(), HasSubstr("setting  5.25   A     not read now; last quality: "));
   EXPECT_THAT(err_.str(), HasSubstr("io.ai-1.setting: the device is offline"));
 }
 
@@ -204,7 +206,7 @@ TEST_F(ClientTest, ReleaseWaitsForThePortAndPrintsItsEndTime) {
   StartServer();
   EXPECT_EQ(Release("io", 10min), 0) << err_.str();
   EXPECT_THAT(out_.str(), StartsWith("io: /dev/ttyUSB1 is free for another program until "));
-  EXPECT_THAT(out_.str(), HasSubstr(" UTC; its points are out of service meanwhile"));
+  EXPECT_THAT(out_.str(), HasSubstr(" UTC, and the points of the line are out of service"));
   EXPECT_EQ(Release("io", 10min, true), 0);
   EXPECT_EQ(out_.str(), "io: taken back; the port is open: serial\n");
   EXPECT_EQ(Release("io", 10min, true), 0);
@@ -217,12 +219,12 @@ TEST_F(ClientTest, ReleaseWaitsForThePortAndPrintsItsEndTime) {
 TEST_F(ClientTest, DisableWarnsThatARestartForgetsIt) {
   StartServer();
   EXPECT_EQ(InUse("bay-1.feeder-2", false), 0);
-  EXPECT_EQ(
-      out_.str(),
-      "bay-1.feeder-2: out of use; the gateway does not poll it, and its points are out of "
-      "service. A restart undoes this; to keep it, set 'enabled: false' in the configuration\n");
+  EXPECT_EQ(out_.str(),
+            "bay-1.feeder-2: disabled; the gateway does not poll it, and its points are out of "
+            "service. This lasts until the gateway restarts; to keep it, set 'enabled: false' for "
+            "the device in the configuration\n");
   EXPECT_EQ(InUse("bay-1.feeder-2", true), 0);
-  EXPECT_EQ(out_.str(), "bay-1.feeder-2: in use; the gateway polls it again\n");
+  EXPECT_EQ(out_.str(), "bay-1.feeder-2: enabled; the gateway polls it again\n");
 }
 
 struct KeptReadings final : events::EventSource {

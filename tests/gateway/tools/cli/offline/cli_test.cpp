@@ -107,17 +107,17 @@ TEST(Check, ListsTheAddressesWherePortsAreLent) {
       "  - { name: bay, port: /dev/l, serial: 9600 8N1, protocol: fake, lend: { at: "
       "\"127.0.0.1:4002\", mode: rfc2217, for: 5min } }\n");
   EXPECT_THAT(ran.out, HasSubstr("line panel: /dev/p, 9600 8N1, served at 127.0.0.1:4001, raw, for "
-                                 "everybody who reaches it\n"))
+                                 "everybody who can connect\n"))
       << ran.err;
-  EXPECT_THAT(ran.out, HasSubstr("0 devices, lent at 127.0.0.1:4002, rfc2217, for everybody who "
-                                 "reaches it, 5min at most\n"));
+  EXPECT_THAT(ran.out, HasSubstr("0 devices, can be lent at 127.0.0.1:4002, rfc2217, for everybody "
+                                 "who can connect, 5min at most\n"));
 }
 
 TEST(Check, ReportsThatDdsMayWrite) {
   const Ran ran = Check(std::string(kGood) + "dds: { write: allow }\n");
   EXPECT_EQ(ran.code, 0) << ran.err;
-  EXPECT_THAT(ran.out, HasSubstr("; write: allow, so that everybody who reaches the domain can "
-                                 "write the points that devices allow, on baudgate/write\n"));
+  EXPECT_THAT(ran.out, HasSubstr("; write: allow: everybody in the domain can write the points "
+                                 "that devices allow, with topic baudgate/write\n"));
 }
 
 TEST(Check, BadConfigurationIsExitCode3) {
@@ -278,7 +278,8 @@ TEST(Profiles, AreListedAndDescribed) {
   };
   const Ran list = run("", tools::ProfileFormat::table);
   EXPECT_THAT(list.out, HasSubstr("fake      relay    3       Fake relay\n"));
-  EXPECT_THAT(list.out, HasSubstr("fake      broken   2       (bad; see profiles NAME)\n"));
+  EXPECT_THAT(list.out,
+              HasSubstr("fake      broken   2       (has errors; run 'baudgate profiles NAME')\n"));
   const Ran one = run("relay", tools::ProfileFormat::table);
   EXPECT_THAT(
       one.out,
@@ -354,7 +355,8 @@ TEST(Decode, RequiresAProtocolWithoutAHeader) {
   const Said decoded = DecodeText(kFileTrace);
   EXPECT_EQ(decoded.code, 2);
   EXPECT_EQ(decoded.err,
-            "baudgate: the captures have no trace head that names the protocol; add --protocol\n");
+            "baudgate: the protocol is unknown, because the captures lack the head that 'baudgate "
+            "trace' prints; add --protocol\n");
 }
 
 TEST(Decode, PrintsProseForPeople) {

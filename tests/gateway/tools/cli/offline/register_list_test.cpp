@@ -262,7 +262,7 @@ TEST(RegisterList, AllErrorsAreReportedWithTheirLines) {
       tools::FirstRegister::modicon);
   EXPECT_THAT(list.errors,
               ElementsAre(HasSubstr("l.csv:2: type 'UNIT16' is unknown; write bool"),
-                          HasSubstr("l.csv:3: point 'a' is there twice, first in line 2"),
+                          HasSubstr("l.csv:3: point 'a' occurs twice, first in line 2"),
                           HasSubstr("l.csv:3: access 'readable' is unknown; write r, w or rw"),
                           HasSubstr("l.csv:4: type int16 takes 1 register, and"),
                           HasSubstr("l.csv:5: no name"),
@@ -273,7 +273,7 @@ TEST(RegisterList, AllErrorsAreReportedWithTheirLines) {
   EXPECT_THAT(Read("title\nx\n").errors, SizeIs(3));
   EXPECT_THAT(Read("").errors, ElementsAre("l.csv is empty"));
   EXPECT_THAT(Read("name,register,type\n").errors, ElementsAre(HasSubstr("no row follows")));
-  EXPECT_THAT(Read("name,tag,register,type\n").errors, ElementsAre(HasSubstr("is there twice")));
+  EXPECT_THAT(Read("name,tag,register,type\n").errors, ElementsAre(HasSubstr("occurs twice")));
 }
 
 TEST(ListedWords, CoverTheTypeNamesOfManyManuals) {
