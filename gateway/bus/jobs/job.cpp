@@ -79,17 +79,18 @@ bool IsPlanned(const protocols::Task& task, const protocols::Conversation& conve
 
 NextStep Job::Ask(LineContext& line, int repeats, Instant now) {
   if (++requests > protocols::kMostSteps) {
-    return NextStep::Finish(
-        Outcome::unexpected,
-        "the task needed more than " + std::to_string(protocols::kMostSteps) + " requests");
+    return NextStep::Finish(Outcome::unexpected,
+                            "the operation was ended because it needed more than " +
+                                std::to_string(protocols::kMostSteps) + " requests");
   }
   protocols::Conversation& conversation = *member->device->conversation;
   FollowPlan();
   if (!IsPlanned(task, conversation)) {
     judges_member = false;
     unplanned = true;
-    return NextStep::Finish(
-        Outcome::busy, "this poll no longer exists: the points of the device were grouped anew");
+    return NextStep::Finish(Outcome::busy,
+                            "this poll no longer exists, because the points of the device are now "
+                            "polled in other groups");
   }
   auto request = conversation.Ask(task, now);
   if (!request) {
@@ -230,7 +231,7 @@ Outcome Job::Judge(LineContext& line, View frame, const EchoWatch& echo, Instant
   if (echo.MayBeEcho(step.request, frame)) {
     answer.reason =
         "the reply equals the request, and this bus echoes requests, so perhaps no device has "
-        "answered; set 'echo: strip' in the configuration";
+        "answered; set 'echo: strip' at the line";
     return answer.outcome = Outcome::unexpected;
   }
   FollowPlan();
@@ -294,8 +295,8 @@ Outcome Job::Refuse(View frame, Outcome outcome) {
   answer.reason = std::move(said.reason);
   answer.remedy = std::move(said.remedy);
   if (answer.reason.empty()) {
-    answer.reason = Quoted(step.request, frame) + "not the requested form";
-    answer.reason += "; check that the profile fits";
+    answer.reason = Quoted(step.request, frame) + "an unexpected form";
+    answer.reason += "; check that the profile fits the device";
   }
   return answer.outcome = outcome;
 }

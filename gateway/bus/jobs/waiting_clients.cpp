@@ -49,8 +49,9 @@ void WaitingClients::ReadNow(WriteCommand command, Instant now) {
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
   if (device.conversation->Listens() != nullptr &&
       !IsAsked(*device.conversation, command.reads())) {
-    return NotSent(command,
-                   "this device cannot be polled (it sends unasked); its last message is shown");
+    return NotSent(
+        command,
+        "this device cannot be polled, because it sends by itself; its last message is shown");
   }
   const std::vector<std::size_t> points(command.reads().begin(), command.reads().end());
   line_.agenda.write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
