@@ -392,7 +392,7 @@ bool Permits(config::Permit permit, std::uint8_t function) {
 
 namespace {
 
-constexpr const char* kNotPermitted = "the listener does not permit it";
+constexpr const char* kNotPermitted = "the listener does not permit this request (permit)";
 
 }  // namespace
 
