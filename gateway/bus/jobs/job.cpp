@@ -215,12 +215,12 @@ const protocols::Request& Job::Send(LineContext& line, Now now) {
 
 namespace {
 
-/// Returns the frame as text for a message, such as "'<1D:READY:4B' has ". Empty if the frame is
-/// not a text, or if it could contain a password.
+/// Returns the frame as text for a message, such as "'<1D:READY:4B' has ". If the frame is not a
+/// text, or could contain a password, returns "the reply has ".
 std::string Quoted(const protocols::Request& request, View frame) {
   const std::string_view text = Trim(AsText(frame));
   const bool printable = std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7F; });
-  if (text.empty() || !printable || !request.expect.secrets.empty()) return {};
+  if (text.empty() || !printable || !request.expect.secrets.empty()) return "the reply has ";
   return "'" + std::string(text) + "' has ";
 }
 

@@ -223,7 +223,7 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
              "' is selected by another client; select it when that selection has ended";
     case Selections::Verdict::expired:
       return "the selection of '" + point.name + "' ended " +
-             FormatDuration(point.writing.select_time) + " after it was made";
+             FormatDuration(point.writing.select_time) + " after it was made; select it again";
     default:
       return "'" + point.name + "' has to be selected before it is written";
   }
