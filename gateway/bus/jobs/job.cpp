@@ -111,7 +111,8 @@ NextStep Job::Ask(LineContext& line, int repeats, Instant now) {
 std::optional<Withheld> Job::WhyNotSend(Instant now, bool /*held*/) const {
   if (step.request.closes) return std::nullopt;
   if (!is_routed() && !member->in_use) {
-    return Withheld{WriteEnd::not_sent, "the device is disabled"};
+    return Withheld{WriteEnd::not_sent,
+                    "the device is disabled; 'baudgate enable' takes it into use"};
   }
   const auto latest = LatestStart();
   if (latest && *latest <= now) return Withheld{WriteEnd::not_sent, kTooLate};

@@ -78,7 +78,7 @@ void WaitingClients::AnswerCommands(Instant now) {
 const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   const Device& device = line_.roster.DeviceAt(command.device);
   if (command.client_left()) return kClientLeft;
-  if (!device.in_use) return "the device is disabled";
+  if (!device.in_use) return "the device is disabled; 'baudgate enable' takes it into use";
   // A write is sent to an offline device if only a write can show that the device is back.
   const bool is_its_probe =
       !command.writes().empty() &&

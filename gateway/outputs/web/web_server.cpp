@@ -203,7 +203,8 @@ void WebServer::Handle(const Request& request, Answered answered) {
 }
 
 void WebServer::Ask(const Request& request, Answered answered) {
-  if (waiting_ >= kMostWaiting) return answered(Problem(503, "too many requests at once"));
+  if (waiting_ >= kMostWaiting)
+    return answered(Problem(503, "too many requests at once; try again"));
   ++waiting_;
   const bool past = PastApi::Has(request.path);
   asio::post(
