@@ -144,7 +144,7 @@ FAULTS += [
     Fault("NMEA", "rtu spa set", m.well, "text", "take it off|automatic", "gap|power|second master", events=((1.0, lambda s: b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M*47\r\n"),)),
     Fault("NMEA, silent device", "rtu spa set", m.silent, "text", "take it off|check the port", "gap|second master", events=((1.0, lambda s: b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M*47\r\n"),)),
     Fault("bursts of noise", "rtu spa dcon", m.well, "noise|stray|damaged|nothing was asked", "noise|bias|terminat|ground", "power|gap", events=((2.3, lambda s: bytes((i * 89 + 31) & 255 for i in range(60))),)),
-    Fault("second master asks the same device", "rtu ascii", m.well, "another master|beside good", "take the other|another master", "gap|power|bit rate",
+    Fault("second master asks the same device", "rtu ascii", m.well, "another master|in addition to good", "take the other|another master", "gap|power|bit rate",
           events=((0.83, lambda s: s.wrap(1, b"\3\0\x50\0\2")), (0.83, lambda s: s.wrap(1, b"\3\4\0\1\0\2")))),
     Fault("busy now and then", "rtu tcp", m.now_and_then(m.sends(m.exception(6)), 4), "exception 06", "poll", "gap|second master|bit rate"),
     Fault("no target now and then", "rtu tcp", m.now_and_then(m.sends(m.exception(11)), 3), "exception 0B", "gateway", "gap|second master|bit rate"),

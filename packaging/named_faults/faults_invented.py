@@ -96,7 +96,7 @@ INVENTED = family(
 ) + family(
     "a PLC on the same bus",
     Fault("PLC polls another slave", "rtu ascii dcon spa set", m.well, "another master", "take the other|one master|away", "gap|power|bit rate", "alone beside", events=((0.77, lambda s: s.foreign()),)),
-    Fault("PLC polls our slave, we hear the reply", "rtu", m.well, "another master|beside good replies", "master", OTHER, events=((0.91, lambda s: s.wrap(1, b"\3\4\0\1\0\2")),)),
+    Fault("PLC polls our slave, we hear the reply", "rtu", m.well, "another master|in addition to good replies", "master", OTHER, events=((0.91, lambda s: s.wrap(1, b"\3\4\0\1\0\2")),)),
     Fault("PLC and a silent device", "rtu dcon", m.silent, "another master", "take the other|one master|away", "gap|bit rate", events=((0.77, lambda s: s.foreign()),)),
     Fault("gateway is a slave's slave: other protocol on the bus", "rtu", m.well, "DCON", "line of its own|separate", "gap|power", events=((1.3, lambda s: b"$01M\r!017017\r"),)),
 ) + family(
@@ -109,7 +109,7 @@ INVENTED = family(
     "half dead",
     Fault("answers probes only", "spa", lambda x: m.well(x) if b"RF" in x.request else [], "answers|polls|single|no answer", "points|profile|quiet|poll|restart", "bit rate|second master"),
     Fault("always busy", "rtu tcp", m.sends(m.exception(6)), "exception 06", "programming|local|restart", OTHER + "|poll"),
-    Fault("busy now and then", "rtu tcp", m.now_and_then(m.sends(m.exception(6))), "exception 06", "raise its poll", OTHER + "|programming"),
+    Fault("busy now and then", "rtu tcp", m.now_and_then(m.sends(m.exception(6))), "exception 06", "poll it less often", OTHER + "|programming"),
     Fault("restarts every 9 s for 3 s", "rtu spa tcp", m.by_time(m.silent, 9, 3), "stops answering|did not answer|outage|restart", "power|restart|wire", "gap|second master|bit rate"),
     Fault("slower and slower", "rtu tcp", m.growing(0.03), "late|after the request", "timing: \\{ reply", "power|second master|bit rate"),
     Fault("answers from its boot loader", "rtu spa", m.sends(m.only(b"Boot v1.2> ")), "text", "take it off|console|port", OTHER),
@@ -122,8 +122,8 @@ INVENTED = family(
 ) + family(
     "as strangers tried it",
     Fault("each byte comes twice", "rtu spa dcon dcon0 ascii set", m.sends(lambda x: bytes(b for c in x.reply for b in (c, c))), "comes twice", "terminat|repeater", OTHER),
-    Fault("single losses at random", "rtu spa dcon set", lambda x: m.well(x) if x.random.random() > 0.3 else [], "single requests get no answer", "wire|plug|noise", "gap|stops answering|did not answer|restart|bit rate|quiet"),
-    Fault("two of three requests lost", "rtu spa dcon", lambda x: m.well(x) if x.number % 3 == 0 else [], "single requests get no answer", "wire|plug|noise", "gap|stops answering|did not answer|restart|bit rate", "beside"),
+    Fault("single losses at random", "rtu spa dcon set", lambda x: m.well(x) if x.random.random() > 0.3 else [], "now and then a request gets no answer", "wire|plug|noise", "gap|stops answering|did not answer|restart|bit rate|quiet"),
+    Fault("two of three requests lost", "rtu spa dcon", lambda x: m.well(x) if x.number % 3 == 0 else [], "now and then a request gets no answer", "wire|plug|noise", "gap|stops answering|did not answer|restart|bit rate", "beside"),
     Fault("high bytes 11 swallowed", "rtu", m.sends(lambda x: high_bytes(x).replace(b"\x11", b"")), "11 are missing", "XON", OTHER, points=ROW),
     Fault("silent to one block", "rtu ascii", lambda x: [] if block_of(x) >= 500 else m.well(x), "does not answer the request for q.*holding 50", "take these points out", OTHER + "|away|noise", points=BLOCKS),
     Fault("Modbus master on the line", "dcon spa", m.well, "Modbus RTU", "line of its own|separate", OTHER, events=((0.77, lambda s: b"\x04\x03\x00\x00\x00\x02\xc4\x5e"),)),
@@ -136,13 +136,13 @@ INVENTED = family(
     Fault("nobody reads", "reader", None, "normal", "otherwise check", "poll", device="form: text", points=WEIGHT),
 ) + family(
     "as a blind test found them",
-    Fault("all away 3 s of 14", "rtu spa", m.by_time(m.silent, 14, 3), "stops answering|did not answer", "supply|share|power", "raise poll|noise|gap", "both"),
-    Fault("restarts every 15 s for 6 s", "spa rtu", m.by_time(m.silent, 15, 6), "stops answering|did not answer|outage", "power|restart|wire", "raise poll|noise|gap", "beside"),
+    Fault("all away 3 s of 14", "rtu spa", m.by_time(m.silent, 14, 3), "stops answering|did not answer", "supply|share|power", "less often|noise|gap", "both"),
+    Fault("restarts every 15 s for 6 s", "spa rtu", m.by_time(m.silent, 15, 6), "stops answering|did not answer|outage", "power|restart|wire", "less often|noise|gap", "beside"),
     Fault("long replies in pieces", "rtu", m.pieces(16, 0.12), "pieces|pause", "timing: \\{ gap", "power|profile|take these points", points=LONG),
     Fault("the same bytes from 15 s on", "rtu tcp", after(15, m.stuck), "same reply", "restart", "profile|gap|power"),
     Fault("heartbeat of five letters", "rtu", m.well, "text", "take it off|automatic|heartbeat", "bias|gap|power", line="TCP", events=((3.0, lambda s: b"alive"),)),
     Fault("its port is in use", "rtu tcp", m.silent, "Port already", "other client|limit", "gap|power|port number", line="TCP", greeting=b"Port already in use\r\n"),
-    Fault("one of twelve lost, polled fast", "rtu tcp", m.now_and_then(m.silent, 12), "single requests get no answer", "wire|plug|network", "stops answering|did not answer|gap|restart", device="poll: 300ms"),
+    Fault("one of twelve lost, polled fast", "rtu tcp", m.now_and_then(m.silent, 12), "now and then a request gets no answer", "wire|plug|network", "stops answering|did not answer|gap|restart", device="poll: 300ms"),
     Fault("exception 02 to all from 15 s on", "tcp rtu", after(15, m.sends(m.exception(2))), "exception 02", "firmware|another device", "gap|power"),
     Fault("two meters mixed", "set", m.collide, "two devices", "address", "ask for less|buffer|gap|power"),
 )

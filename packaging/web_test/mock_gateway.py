@@ -155,7 +155,7 @@ class Gateway:
             if wrong == "noisy":
                 made.update(state="degraded", last_outcome="no_reply", last_reason="no answer came")
                 made["advice"] = [
-                    "7 of 32 exchanges failed: single requests get no answer. Check for noise, and for a bad wire or plug at its end"]
+                    "7 of 32 exchanges failed: now and then a request gets no answer. Check for noise, and for a bad wire or plug at its end"]
                 made["hour"].update(availability=0.97, outages=2)
             if wrong == "late":
                 made["advice"] = ["late: its replies come up to 380 ms after the request, and timing.reply is 300 "

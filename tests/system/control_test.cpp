@@ -214,8 +214,9 @@ TEST_F(SettingsOfATwin, AreDumpedComparedAndNotWrittenWithoutPermission) {
         Settings("restore", confirmed ? std::vector<std::string>{file(), "--confirm"}
                                       : std::vector<std::string>{file()});
     EXPECT_EQ(denied.code, 3);
-    EXPECT_THAT(denied.errors, HasSubstr("main_phase_high_time (S24) would be denied: "
-                                         "'main_phase_high_time' is not in the device's 'write'"));
+    EXPECT_THAT(denied.errors,
+                HasSubstr("main_phase_high_time (S24) would be denied: 'main_phase_high_time' may "
+                          "not be written: add it to 'write' of the device in the configuration"));
     EXPECT_THAT(denied.output, HasSubstr("nothing is written: 1 setting of 1 would be denied"));
   }
   EXPECT_EQ(Settings("restore", {}).code, 2);

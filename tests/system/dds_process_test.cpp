@@ -127,8 +127,9 @@ TEST_F(DdsProcess, AStoppedProcessIsReportedAndReplacedAndBlocksNoRead) {
   EXPECT_EQ(Process(), process);
   // The process stays stopped. It is replaced after ten seconds without a sign of life.
   EXPECT_TRUE(ReadsAreRightUntil([&] { return Process() != 0 && Process() != process; }));
-  EXPECT_THAT(daemon->Errors(),
-              HasSubstr("dds: the process did not read for 10s; the gateway starts it"));
+  EXPECT_THAT(
+      daemon->Errors(),
+      HasSubstr("dds: the process read no messages of the gateway for 10s; the gateway starts it"));
   EXPECT_TRUE(Eventually([&] { return SeqOf("relay-1", "current_l3").has_value(); }));
 }
 

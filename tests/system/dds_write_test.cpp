@@ -199,7 +199,8 @@ TEST_F(DdsWrites, AreDeniedByDefault) {
 TEST_F(DdsWrites, NeedThePermissionOfTheDeviceAsWell) {
   StartAll("write: allow, ", "deny");
   EXPECT_THAT(Ask("io-1", "output_0", {"--value", "2.25"}),
-              StartsWith("1 denied 'output_0' is not in the device's 'write'"));
+              StartsWith("1 denied 'output_0' may not be written: add it to 'write' of the device "
+                         "in the configuration"));
   EXPECT_EQ(Ask("relay-1", "setting_group", {"--seq", "2", "--value", "1", "--confirm"}),
             "2 ok \n");
   EXPECT_EQ(client_->Float(kIo, 0), 1.5F);

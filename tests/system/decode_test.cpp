@@ -60,7 +60,7 @@ TEST_F(Traces, KeepTheRecordedOutcomes) {
   const auto exchanges = Decode({"--protocol", "dcon"}, R"(
 04:05:06.000000 ai-1 > 23 30 31 0D | #01.
 04:05:06.010000 ai-1 < 3E 2B 30 31 | >+01
-04:05:07.000000 ai-1 = corrupt: the device kept sending beyond the ceiling | of an exchange
+04:05:07.000000 ai-1 = corrupt: the device kept sending beyond the longest time | of an exchange
 04:05:07.000000 - # … 184 more bytes
 04:05:08.000000 ai-1 > 23 30 31 0D | #01.
 04:05:08.010000 ai-1 < 3E 2B 30 31 2E 35 30 30 0D | >+01.500.
@@ -83,16 +83,16 @@ TEST_F(Traces, KeepTheRecordedOutcomes) {
     std::size_t values;
   } rows[] = {
       {"corrupt",
-       "the device kept sending beyond the ceiling | of an exchange; by these bytes and options "
-       "alone: partial (stopped mid-frame)",
+       "the device kept sending beyond the longest time | of an exchange; these bytes and options "
+       "alone would mean: partial (stopped mid-frame)",
        0},
-      {"unexpected", "the reply belongs to another request; by these bytes and options alone: ok",
-       0},
+      {"unexpected",
+       "the reply belongs to another request; these bytes and options alone would mean: ok", 0},
       {"ok", "", 1},
       {"ok",
-       "the outcome is the recorded one; by these bytes and options alone: unsupported (the module "
-       "answers '?01' to #: the module does not have this command or channel, or the channel is "
-       "disabled)",
+       "the recorded outcome is shown; these bytes and options alone would mean: unsupported (the "
+       "module answers '?01' to #: the module does not know this command, or the channel does not "
+       "exist or is disabled)",
        0},
       {"ok", "", 0},
   };

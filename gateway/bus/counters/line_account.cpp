@@ -88,10 +88,11 @@ void LineAccount::OnRing(const Member& member, bool cut) {
   if (cut == cut_since_.has_value()) return;
   cut_since_ = cut ? std::optional(now_.wall) : std::nullopt;
   listener_.OnNews({News::What::ring_open, !cut}, now_);
-  listener_.OnWarning(member.index,
-                      cut ? "the line does not echo any more: its ring is open, or a device on it "
-                            "has no power; no device of the line can answer until it is closed"
-                          : "the line echoes again: its ring is closed");
+  listener_.OnWarning(
+      member.index,
+      cut ? "the line does not echo any more, so none of its devices can answer; look for a broken "
+            "fibre in the ring, or a device on the ring without power"
+          : "the line echoes again: its ring is closed");
 }
 
 void LineAccount::Show(std::optional<Duration> notice_bound) const {

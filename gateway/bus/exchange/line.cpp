@@ -129,8 +129,9 @@ void UnaskedReceiver::Take(UnaskedInput& heard, bool idle, Instant now) {
       damaged_ = false;
       heard.messages.push_back({std::move(*message), now - last_byte_});
     } else {
-      Damage(heard, torn_until_ == Instant() ? "the port was opened in the middle of the message"
-                                             : "the message may be the rest of a broken one");
+      Damage(heard, torn_until_ == Instant()
+                        ? "the port was opened in the middle of the message"
+                        : "the message may be the rest of an incomplete message");
     }
   }
 }
@@ -155,7 +156,7 @@ void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
     Align(now);
     return;
   }
-  Damage(heard, "the message takes longer than any message can");
+  Damage(heard, "the message lasts longer than the longest message of this device");
   assembler_.Begin(what_.rule, what_.expect);
   aligned_ = what_.marked;
 }
@@ -453,7 +454,7 @@ void Line::DropEarly() {
 
 void Line::OnGap(Instant now) {
   if (now >= limit_) {
-    Finish(Outcome::corrupt, "the device kept sending beyond the ceiling of an exchange", now);
+    Finish(Outcome::corrupt, "the device kept sending beyond the longest time of an exchange", now);
     return;
   }
   TakeFrame(true, now);
@@ -561,7 +562,7 @@ EchoWatch::Received EchoWatch::OnReceived(View bytes, const protocols::Request* 
   if (heard.collision && asked != nullptr && !std::exchange(told_collision_, true)) {
     heard.warning =
         "the echo is missing or differs from what was sent: two masters send at once, or the bus "
-        "does not echo (then set 'echo: off')";
+        "does not echo (then set 'echo: off' at the line)";
   }
   return heard;
 }

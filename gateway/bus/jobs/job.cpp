@@ -79,17 +79,18 @@ bool IsPlanned(const protocols::Task& task, const protocols::Conversation& conve
 
 NextStep Job::Ask(LineContext& line, int repeats, Instant now) {
   if (++requests > protocols::kMostSteps) {
-    return NextStep::Finish(
-        Outcome::unexpected,
-        "the task needed more than " + std::to_string(protocols::kMostSteps) + " requests");
+    return NextStep::Finish(Outcome::unexpected,
+                            "the operation was ended because it needed more than " +
+                                std::to_string(protocols::kMostSteps) + " requests");
   }
   protocols::Conversation& conversation = *member->device->conversation;
   FollowPlan();
   if (!IsPlanned(task, conversation)) {
     judges_member = false;
     unplanned = true;
-    return NextStep::Finish(
-        Outcome::busy, "this poll no longer exists: the points of the device were grouped anew");
+    return NextStep::Finish(Outcome::busy,
+                            "this poll no longer exists, because the points of the device are now "
+                            "polled in other groups");
   }
   auto request = conversation.Ask(task, now);
   if (!request) {
@@ -110,7 +111,8 @@ NextStep Job::Ask(LineContext& line, int repeats, Instant now) {
 std::optional<Withheld> Job::WhyNotSend(Instant now, bool /*held*/) const {
   if (step.request.closes) return std::nullopt;
   if (!is_routed() && !member->in_use) {
-    return Withheld{WriteEnd::not_sent, "the device is disabled"};
+    return Withheld{WriteEnd::not_sent,
+                    "the device is disabled; 'baudgate enable' takes it into use"};
   }
   const auto latest = LatestStart();
   if (latest && *latest <= now) return Withheld{WriteEnd::not_sent, kTooLate};
@@ -214,12 +216,12 @@ const protocols::Request& Job::Send(LineContext& line, Now now) {
 
 namespace {
 
-/// Returns the frame as text for a message, such as "'<1D:READY:4B' has ". Empty if the frame is
-/// not a text, or if it could contain a password.
+/// Returns the frame as text for a message, such as "'<1D:READY:4B' has ". If the frame is not a
+/// text, or could contain a password, returns "the reply has ".
 std::string Quoted(const protocols::Request& request, View frame) {
   const std::string_view text = Trim(AsText(frame));
   const bool printable = std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7F; });
-  if (text.empty() || !printable || !request.expect.secrets.empty()) return {};
+  if (text.empty() || !printable || !request.expect.secrets.empty()) return "the reply has ";
   return "'" + std::string(text) + "' has ";
 }
 
@@ -230,7 +232,7 @@ Outcome Job::Judge(LineContext& line, View frame, const EchoWatch& echo, Instant
   if (echo.MayBeEcho(step.request, frame)) {
     answer.reason =
         "the reply equals the request, and this bus echoes requests, so perhaps no device has "
-        "answered; set 'echo: strip' in the configuration";
+        "answered; set 'echo: strip' at the line";
     return answer.outcome = Outcome::unexpected;
   }
   FollowPlan();
@@ -294,8 +296,8 @@ Outcome Job::Refuse(View frame, Outcome outcome) {
   answer.reason = std::move(said.reason);
   answer.remedy = std::move(said.remedy);
   if (answer.reason.empty()) {
-    answer.reason = Quoted(step.request, frame) + "not the requested form";
-    answer.reason += "; check that the profile fits";
+    answer.reason = Quoted(step.request, frame) + "an unexpected form";
+    answer.reason += "; check that the profile fits the device";
   }
   return answer.outcome = outcome;
 }

@@ -65,7 +65,8 @@ Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
     // If an answer of the job has waited for this probe, it is accepted.
     next = job->has_news() ? NextStep::TakeAnswer() : job->GoOn();
   } else if (!member->in_use) {
-    next = EndUnproved(*job, Outcome::no_reply, "the device is disabled", now);
+    next = EndUnproved(*job, Outcome::no_reply,
+                       "the device is disabled; 'baudgate enable' takes it into use", now);
   } else if (outcome == Outcome::refused || outcome == Outcome::unsupported) {
     next = EndUnproved(*job, Outcome::no_reply,
                        "the probe, which checks that replies come in order, was refused: " + reason,

@@ -70,7 +70,7 @@ NextStep RoutedJob::Answer(LineContext& line, const ExchangeEnd& end, Now /*now*
     return Repeat();
   }
   return NextStep::Finish(Outcome::unexpected,
-                          "the reply may belong to an earlier request without a reply");
+                          "the reply may belong to an earlier request that got no reply");
 }
 
 /// A read of a client whose reply was damaged is put back into the queue, as often as the member

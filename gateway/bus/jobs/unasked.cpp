@@ -51,14 +51,15 @@ void Speaker::Keep(protocols::EventBatch batch, Said& said) {
     said.lost = events;
     if (std::exchange(told_lost_, true)) return;
     said.warning = fmt::format(
-        "{} of its events wait for the disk: further events are lost until the disk has stored "
-        "some",
+        "{} of its events wait for the disk, and further events are lost until the disk stores "
+        "these; look at the disk (dmesg)",
         EventBacklog::kMost);
     return;
   }
   if (const std::size_t lost = backlog_.TakeLost(); lost > 0) {
     told_lost_ = false;
-    const std::string text = Plural(lost, "event") + " before this one lost: the disk failed";
+    const std::string text =
+        "lost before this event, because the disk failed: " + Plural(lost, "event");
     batch.events.insert(batch.events.begin(), protocols::DeviceEvent{.text = text});
   }
   said.events = {device_->index, std::move(batch), said.received, {}};

@@ -62,7 +62,8 @@ class EventBacklog {
 //
 //   1000 messages, the disk fails    1000 batches to be saved
 //   3 more, of an event each         no batch to be saved; 3 events lost, one warning
-//   one is saved, then a message     to be saved: "3 events before this one lost: the disk failed"
+//   one is saved, then a message     to be saved: "lost before this event, because
+//                                    the disk failed: 3 events"
 class Speaker {
  public:
   explicit Speaker(const Roster& roster) : device_(roster.Speaker()) {}

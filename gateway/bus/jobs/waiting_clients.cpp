@@ -49,8 +49,9 @@ void WaitingClients::ReadNow(WriteCommand command, Instant now) {
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
   if (device.conversation->Listens() != nullptr &&
       !IsAsked(*device.conversation, command.reads())) {
-    return NotSent(command,
-                   "this device cannot be polled (it sends unasked); its last message is shown");
+    return NotSent(
+        command,
+        "this device cannot be polled, because it sends by itself; its last message is shown");
   }
   const std::vector<std::size_t> points(command.reads().begin(), command.reads().end());
   line_.agenda.write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
@@ -77,7 +78,7 @@ void WaitingClients::AnswerCommands(Instant now) {
 const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   const Device& device = line_.roster.DeviceAt(command.device);
   if (command.client_left()) return kClientLeft;
-  if (!device.in_use) return "the device is disabled";
+  if (!device.in_use) return "the device is disabled; 'baudgate enable' takes it into use";
   // A write is sent to an offline device if only a write can show that the device is back.
   const bool is_its_probe =
       !command.writes().empty() &&

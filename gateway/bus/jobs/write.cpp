@@ -163,7 +163,7 @@ EndEffects::Write WriteJob::EndOfWrite(const JobEnd& end, Instant now) const {
   };
   const bool closed = end.outcome == Outcome::line_down;
   const char* const open =
-      points.open ? "; the access that was opened for the write may still be open" : "";
+      points.open ? "; the write access that was opened at the device may still be open" : "";
   if (withheld_) {
     answer(points.how, withheld_->why + open);
     if (!sent()) effects.result.tried = first_;
@@ -292,7 +292,7 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
   }
   if (!std::ranges::all_of(one.command.reads(), is_read)) {
     result.read_back = false;
-    result.reason = "the device has not answered all requests";
+    result.reason = "not all requests for the new values were answered";
   }
   return verdict;
 }

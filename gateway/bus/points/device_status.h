@@ -278,7 +278,7 @@ void VisitFields(const DeviceStatus*, Visit visit) {
   visit(Counted<&DeviceStatus::last_ok_wall>{
       .key = "last_ok",
       .metric = "baudgate_device_last_ok_timestamp_seconds",
-      .help = "When the device last answered; absent: never."});
+      .help = "When the device last answered; absent if it never answered."});
   visit(Counted<&DeviceStatus::last_ok>{.key = "age_ms"});
   visit(Counted<&DeviceStatus::exchanges>());
   visit(Counted<&DeviceStatus::outcomes>{.metric = "baudgate_exchanges_total",

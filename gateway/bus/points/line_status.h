@@ -202,7 +202,7 @@ void VisitFields(const LineStatus*, Visit visit) {
   visit(Counted<&LineStatus::notice_bound>{.key = "notice_bound_ms"});
   visit(NotInJson<&LineStatus::spent>{
       .metric = "baudgate_line_busy_seconds_total",
-      .help = "Time in exchanges and in the silences after them, by what for."});
+      .help = "Time of exchanges and of the silences after them, by purpose."});
   visit(Counted<&LineStatus::round_trips>{.metric = "baudgate_exchange_duration_seconds",
                                           .help = "Round trips of exchanges with a good reply."});
 }

@@ -246,11 +246,12 @@ void LateReplies::LearnSilence(Entry& entry, const Member& member, const StrayBy
   if (std::exchange(entry.told_late, true)) return;
   effects.warned = &member;
   const auto after = FormatDuration(std::chrono::round<std::chrono::milliseconds>(stray.since_end));
-  effects.warning =
-      entry.last.end == Last::End::cut_short
-          ? "the rest of a broken reply came " + after + " later; if this goes on, raise timing.gap"
-          : "bytes came " + after +
-                " after its exchange had ended; if this goes on, raise timing.reply";
+  effects.warning = entry.last.end == Last::End::cut_short
+                        ? "the rest of an incomplete reply came " + after +
+                              " later; if this goes on, raise timing.gap in the configuration"
+                        : "bytes came " + after +
+                              " after its exchange had ended; if this goes on, raise timing.reply "
+                              "in the configuration";
 }
 
 bool LateReplies::OthersMayAnswer(const Member& member, Instant at) const {

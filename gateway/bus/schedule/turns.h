@@ -85,9 +85,8 @@ class TurnLimit {
   static constexpr Duration kRest = 1s;
   static constexpr Duration kTellAgain = 1h;
   static constexpr const char* kWarning =
-      "its line took 20000 turns in no time and now rests for 1 s after each 20000: report this "
-      "error "
-      "of the gateway or of a protocol's plugin";
+      "its line has worked through 20000 steps without any pause, so the gateway now stops it for "
+      "1 s after each 20000. Report this error of the gateway or of a protocol's plugin";
 
   /// Counts a turn. Returns rest while the line rests; rest_and_tell if the user is to be warned
   /// too (kWarning), at most once in kTellAgain.

@@ -18,12 +18,15 @@ RequestBook::Verdict Refused(WriteEnd end, std::string reason) {
 
 RequestBook::Verdict RequestBook::Begin(const RequestId& request, Instant now) {
   if (!ReadPast(now)) {
-    return Refused(WriteEnd::busy, "the record of earlier writes is being read; try again");
+    return Refused(
+        WriteEnd::busy,
+        "nothing was written, because the record of earlier writes is still being read; try again");
   }
   Client* const client = PlaceFor(request.client, now);
   if (client == nullptr) {
     return Refused(WriteEnd::busy,
-                   "too many clients have sent requests within the last ten minutes; try again");
+                   "nothing was written, because too many clients have sent requests within the "
+                   "last ten minutes; try again later");
   }
   client->last = now;
   const auto known = client->entries.find(request.seq);

@@ -25,7 +25,8 @@ Result<Value> ParseFlag(const config::Point& point, std::string_view text) {
   for (const std::string_view no : {"false", "off", "0"}) {
     if (text == no) return Value(false);
   }
-  return Error{Quoted(text) + " is not a value of '" + point.name + "', a bool: write on or off"};
+  return Error{Quoted(text) + " is not a value of '" + point.name +
+               "', which is a bool: write on or off"};
 }
 
 }  // namespace
@@ -42,7 +43,7 @@ Result<Value> ParseValue(const config::Point& point, std::string_view text) {
   const auto number = ParseDecimal(text);
   if (number && std::isfinite(*number)) return Value(*number);
   return Error{Quoted(text) + " is not a value of '" + point.name +
-               "', a number: write for example 1.5"};
+               "', which is a number: write for example 1.5"};
 }
 
 namespace {
@@ -83,7 +84,7 @@ std::optional<std::string> WhyInexact(const config::Point& point, const Value& v
                                       const PointWrite& write) {
   if (!HasValue(write.shown))
     return ToText(value) +
-           " is a code with another meaning for this device, so it cannot be written";
+           " is a code of this device and not a value ('sentinels'), so it cannot be written";
   auto number = Decimal::Of(value);
   if (!number) return std::nullopt;  // a text
   if (point.type == config::Type::float32) number = Decimal(NearestSingle(number->ToDouble()));
@@ -148,8 +149,8 @@ std::optional<std::string> WhyLocked(const PointStore& store, const config::Poin
     if (IsGood(quality) && Same(value, interlock.is)) continue;
     const std::string is =
         IsGood(quality) ? "is " + ToText(value) : "is " + std::string(Name(quality));
-    return "'" + point.name + "': interlock: " + interlock.point + " " + is + ", but must be " +
-           ToText(interlock.is);
+    return "'" + point.name + "' is locked by allow_when: " + interlock.point + " " + is +
+           ", but must be " + ToText(interlock.is);
   }
   return std::nullopt;
 }
@@ -171,8 +172,8 @@ std::optional<Beyond> WhyBeyond(const PointStore& store, std::uint32_t device,
       limit = Decimal::Of(record.points[index].value);
     });
     if (!limit || !IsGood(quality)) {
-      return Beyond{false, "'" + point.name + "': its " + what + " is not known: " + name + " is " +
-                               Name(quality)};
+      return Beyond{false, "'" + point.name + "': its " + what + " is not known, because " + name +
+                               " is " + Name(quality)};
     }
     if (!number || (is_max ? *number <= *limit : *number >= *limit)) return std::nullopt;
     return Beyond{true, "'" + point.name + "': " + number->ToText() + " is " +
@@ -218,10 +219,11 @@ using Why = WriteDenial::Why;
 std::string NotSelected(Selections::Verdict verdict, const config::Point& point) {
   switch (verdict) {
     case Selections::Verdict::foreign:
-      return "'" + point.name + "' is selected by another client";
+      return "'" + point.name +
+             "' is selected by another client; select it when that selection has ended";
     case Selections::Verdict::expired:
       return "the selection of '" + point.name + "' ended " +
-             FormatDuration(point.writing.select_time) + " after it was made";
+             FormatDuration(point.writing.select_time) + " after it was made; select it again";
     default:
       return "'" + point.name + "' has to be selected before it is written";
   }
@@ -320,9 +322,12 @@ std::optional<WriteDenial> WriteGate::ConvertValues(const config::Device& device
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = device.points[part.point];
     if (point.writing.allowed) continue;
-    return WriteDenial{Why::read_only, point.access == config::Access::read
-                                           ? "'" + point.name + "' can only be read"
-                                           : "'" + point.name + "' is not in the device's 'write'"};
+    return WriteDenial{
+        Why::read_only,
+        point.access == config::Access::read
+            ? "'" + point.name + "' can only be read"
+            : "'" + point.name +
+                  "' may not be written: add it to 'write' of the device in the configuration"};
   }
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = device.points[part.point];
@@ -357,7 +362,10 @@ std::optional<WriteDenial> WriteGate::Select(const Writer& writer, std::uint32_t
   if (!its) return Gone();
   const config::Point& selected = its->points[point];
   if (!selected.writing.allowed) {
-    return WriteDenial{Why::read_only, "'" + selected.name + "' is not in the device's 'write'"};
+    return WriteDenial{
+        Why::read_only,
+        "'" + selected.name +
+            "' may not be written: add it to 'write' of the device in the configuration"};
   }
   selections_.Select(writer.number, {device, point}, now + selected.writing.select_time);
   return std::nullopt;

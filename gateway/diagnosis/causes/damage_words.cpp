@@ -204,25 +204,25 @@ std::string SayHeadLost(const Evidence& evidence) {
   return std::string(how == kGarbled ? "the first byte of its replies is garbled"
                      : one           ? "the first byte of its replies is missing"
                                      : "the first bytes of its replies are missing") +
-         ". Use a converter with automatic direction, or raise the device's answer delay" +
+         ". Use a converter with automatic direction control, or raise the device's answer delay" +
          (steals ? "; or " + OtherReader(evidence) : "");
 }
 
 std::string SayEndLost(const Evidence& evidence) {
   if (evidence.Last(end_lost).cause == kGarbled && evidence.answered) {
-    return "the last byte of its replies is garbled. Use a converter with automatic direction, and "
-           "check for noise and a bad wire";
+    return "the last byte of its replies is garbled. Use a converter with automatic direction "
+           "control, and check for noise and a bad wire";
   }
   if (evidence.Last(end_lost).cause == kGarbled) {
-    return "the last byte of its replies is garbled. Use a converter with automatic direction, or "
-           "check how the device computes its check value";
+    return "the last byte of its replies is garbled. Use a converter with automatic direction "
+           "control, or check how the device computes its check value";
   }
   if (evidence.line->is_network() && evidence.healthy.empty()) {
     return "the last byte of its replies is missing. The serial server takes it for a delimiter: "
            "set its port to raw, without delimiters";
   }
-  return "the last byte of its replies is missing. Use a converter with automatic direction, as a "
-         "driver releases the bus too early";
+  return "the last byte of its replies is missing. Use a converter with automatic direction "
+         "control, because a line driver releases the bus too early";
 }
 
 std::string SayTailLost(const Evidence& evidence) {
@@ -231,11 +231,11 @@ std::string SayTailLost(const Evidence& evidence) {
     const bool never = !evidence.answered && IsNearlyAll(evidence.Count(tail_lost), evidence);
     return never ? "its replies carry no check value" + NextSentence(finding.remedy)
                  : "its replies break off before their check value. Use a converter with automatic "
-                   "direction, as a driver releases the bus too early";
+                   "direction control, because a line driver releases the bus too early";
   }
   if (!finding.cause.empty()) {
     return "its replies break off before their line end. Set the converter to raw, or use one with "
-           "automatic direction";
+           "automatic direction control";
   }
   const std::string of =
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
@@ -244,17 +244,17 @@ std::string SayTailLost(const Evidence& evidence) {
   // Other devices of the line answer well, so the cause is in this device, not in shared equipment.
   if (few && !evidence.healthy.empty() && !evidence.line->is_network()) {
     return fmt::format(
-        "its replies break off ({}{} bytes came). Check its driver, which releases the bus too "
-        "early, and {}",
+        "its replies break off ({}{} bytes came). Check its line driver, which releases the bus "
+        "too early, and {}",
         finding.bytes, of, CheckAddress(*evidence.first().device));
   }
   // For a text reply the expected length is not known, so the last bytes may be missing.
   const bool end = few || (finding.expected == 0 && !evidence.line->is_network());
-  return fmt::format(
-      "its replies break off ({}{} bytes came). {}", finding.bytes, of,
-      end ? "Use a converter with automatic direction or a larger buffer, or ask for less at once"
-          : "Use a serial server or converter with a larger buffer, ask for less at once, or check "
-            "the wires");
+  return fmt::format("its replies break off ({}{} bytes came). {}", finding.bytes, of,
+                     end ? "Use a converter with automatic direction control or a larger buffer, "
+                           "or ask for less at once (block, max_items)"
+                         : "Use a serial server or converter with a larger buffer, ask for less at "
+                           "once (block, max_items), or check the wires");
 }
 
 std::string SayBytesLost(const Evidence& evidence) {
@@ -333,8 +333,8 @@ std::string SayTooLong(const Evidence& evidence) {
 std::string SayLongDamaged(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   return fmt::format(
-      "long replies come damaged ({} bytes; up to {} are fine), as a buffer is too small. Ask for "
-      "less at once (block, max_items)",
+      "long replies come damaged ({} bytes; up to {} are fine), because a buffer in between or in "
+      "the device is too small. Ask for less at once (block, max_items)",
       findings.lengths().damaged().shortest, findings.lengths().longest_good());
 }
 

@@ -179,11 +179,11 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
 Sentences Unconfirmed(const bus::DeviceStatus& status) {
   if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
-  return {fmt::format(
-      "{} of its readings changed when they were read again, so replies may be damaged although "
-      "they "
-      "look whole. Look for noise, and switch a checksum on at the device and here if it is off",
-      status.unconfirmed)};
+  return {
+      fmt::format("{} of its readings changed when they were read again, so replies may be damaged "
+                  "although they look whole. Look for noise, and switch a checksum on at the "
+                  "device and in the configuration",
+                  status.unconfirmed)};
 }
 
 /// Reports a device whose replies answer earlier requests.
@@ -196,7 +196,7 @@ Sentences Behind(const bus::DeviceRecord& device, Now now) {
         "its replies answer the previous request, so the gateway sends each request twice. Restart "
         "the serial server or radio in between, and switch its cache off"};
   }
-  return {"its replies do not fit (" + Shortened(status.last_reason) + ")" +
+  return {"its replies do not fit the requests (" + Shortened(status.last_reason) + ")" +
           NextSentence(RemedyOf({.remedy = status.findings.Last(Symptom::odd).remedy}))};
 }
 
@@ -208,11 +208,10 @@ Sentences Doubled(const bus::DeviceRecord& device, const Evidence& evidence) {
   const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;
   const bool told = evidence.master != nullptr || evidence.Count(Symptom::others_beside) > 0;
   if (!again || told || FailsByEchoes(evidence)) return {};
-  return {
-      fmt::format("a second, different reply to one request came {}. Check the serial server, "
-                  "radio or repeater "
-                  "in between: it sends replies twice, or one request late",
-                  Times(status.doubled))};
+  return {fmt::format(
+      "a second, different reply to one request came {}. Check the serial server, radio or "
+      "repeater in between: it sends replies twice, or only after the next request",
+      Times(status.doubled))};
 }
 
 }  // namespace

@@ -39,10 +39,10 @@ const char* WhyStray(const bus::DeviceRecord& record, bool always) {
   }
   if (record.line->is_network()) {
     return always ? "the modem, radio or serial server adds them: set it to raw"
-                  : "look for noise behind the serial server, and switch off packets of its own "
-                    "(heartbeat)";
+                  : "look for noise behind the serial server, and switch off its heartbeat packets";
   }
-  return always ? "a converter, radio or modem adds them (set it to raw), or the bus has no bias"
+  return always ? "a converter, radio or modem adds them (set it to raw), or the bus has no bias "
+                  "resistors (fit them)"
                 : "noise comes while no device drives the bus: check bias, termination and ground";
 }
 
@@ -175,7 +175,7 @@ Sentences AnswersNothing(const bus::DeviceRecord& record, const Evidence& eviden
   if (asked.failed < kNotableFailures || 8 * asked.answered > asked.failed) return {};
   return {
       "sends unasked, but does not answer commands. Check its power and the wire that carries data "
-      "to it (TX), or take commands out of its options if it has none"};
+      "to it (TX), or take 'commands' out of its options if the device has no commands"};
 }
 
 Sentences Unreadable(const bus::DeviceRecord& record, const Evidence& evidence) {

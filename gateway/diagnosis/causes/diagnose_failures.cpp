@@ -113,7 +113,7 @@ Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence
     return said.reason == Reason::not_fitted || (tried && polled && said == Quality::bad_waiting);
   });
   if (points.empty()) return {};
-  return {NotAnswered(evidence) + points + ", but answers the others" + TakeThemOut(record)};
+  return {NotAnswered(evidence) + points + ", but answers other requests" + TakeThemOut(record)};
 }
 
 /// True if the device answers requests other than the failing polls: other polls; or, if none of
@@ -151,7 +151,7 @@ Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence)
   if (silent) {
     const auto first = std::ranges::find_if(status.queries, fails);
     const std::string& place = record.device->points[first->first_point].read;
-    return {NotAnswered(evidence) + points + " (" + place + ")" + ", but answers the others" +
+    return {NotAnswered(evidence) + points + " (" + place + ")" + ", but answers other requests" +
             TakeThemOut(record)};
   }
   const bool damaged = std::ranges::all_of(status.queries, [&](const bus::QueryCount& query) {
@@ -172,7 +172,7 @@ Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence)
   const bool shifted = evidence.Count(Symptom::one_behind) > 0;
   const std::string before = "only the request for " + points + " fails: ";
   if (!shifted && !judged.empty()) return Said(before, evidence);
-  return {before + "its reply does not fit (" + Shortened(status.last_reason) +
+  return {before + "its reply does not fit the request (" + Shortened(status.last_reason) +
           "). Check that the profile fits the device"};
 }
 
@@ -218,7 +218,7 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
   std::string remedy = RemedyOf(last);
   if (last.outcome == Outcome::busy && last.remedy.empty() && (always || mostly)) {
     remedy = always ? "end its programming, local or test mode, or restart it"
-                    : "end its programming, local or test mode, or raise its poll";
+                    : "end its programming, local or test mode, or poll it less often (poll)";
   } else if (DoubtsProfile(remedy) &&
              ((always && HasWorked(record)) || RefusesWhatItGave(record))) {
     remedy = kHasWorked;
@@ -227,9 +227,11 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
     const bool seldom = 2 * count < evidence.looked;
     return fmt::format(
         "{} ({} of its last {} messages){}{}", reason, count, evidence.looked, NextSentence(remedy),
-        seldom ? "; or switch off the header or other device between its messages" : "");
+        seldom
+            ? "; or switch off what sends between its messages (a printed header, another device)"
+            : "");
   }
-  return fmt::format("it says '{}' to {} of {} requests{}{}", reason, count, evidence.looked,
+  return fmt::format("it answers '{}' to {} of {} requests{}{}", reason, count, evidence.looked,
                      points.empty() || always ? "" : " (" + points + ")", NextSentence(remedy));
 }
 

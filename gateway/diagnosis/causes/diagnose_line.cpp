@@ -32,7 +32,7 @@ Sentences DriverErrors(const config::Line& line, const bus::LineStatus& status, 
         "the driver has counted {} parity and {} framing errors since the port was opened. {}",
         status.parity_errors, status.framing_errors,
         nobody ? "Compare bit rate, parity and data bits (" + line.serial.ToString() +
-                     ") with the devices"
+                     ") with the settings of the devices"
                : std::string("Check for noise, bad termination, or a device with other settings")));
   }
   if (status.restored >= kFacts) {
@@ -90,7 +90,7 @@ Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord>
   if (const Finding* master = seen({Symptom::master_beside, Symptom::other_master})) {
     said.push_back(WithRemedy(*master));
   } else if (const Finding* device = seen({Symptom::device_beside})) {
-    said.push_back(device->cause + ", beside good replies" +
+    said.push_back(device->cause + ", in addition to good replies" +
                    NextSentence(RemoveOther(line.is_network())) +
                    ", or check whether two devices have its address");
   }
@@ -157,24 +157,24 @@ Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::Device
                     "broken fibre, or a device on the ring without power",
                     ClockText(*status.cut_since)));
   } else if (nobody && echoless) {
-    found.push_back(fmt::format(
-        "none of its {} devices answers, and requests do not come back ({}, echo: verify). Close "
-        "the ring (a loose fibre, a device without power), or set 'echo: off' for a bus without "
-        "echo",
-        InUse(devices), Times(status.collisions)));
+    found.push_back(
+        fmt::format("none of its {} devices answers, and requests do not come back as an echo ({}, "
+                    "echo: verify). Close the ring (a loose fibre, a device without power), or set "
+                    "'echo: off' for a bus without echo",
+                    InUse(devices), Times(status.collisions)));
   } else if (nobody) {
     found = NobodyAnswers(status, devices, now);
   }
   if (Echoes(status) && AnyAnswers(devices, now)) {
-    found.push_back(
-        fmt::format("the request itself came back {}. Set 'echo: strip' in the configuration",
-                    Times(status.echoes)));
+    found.push_back(fmt::format(
+        "the request itself came back {}. Set 'echo: strip' at the line in the configuration",
+        Times(status.echoes)));
   }
   if (status.collisions > 0 && !status.cut_since && !(nobody && echoless)) {
     found.push_back(fmt::format(
         "the echo was missing or different {}. Two masters send at once, or {}",
         Times(status.collisions),
-        echoless ? "the bus does not echo (set 'echo: off')"
+        echoless ? "the bus does not echo (set 'echo: off' at the line)"
                  : "the ring opens now and then (a loose plug, or a device that restarts)"));
   }
   return found;
@@ -348,7 +348,8 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
   if (waste >= kMuchWaste && !FailsOften(*wasteful)) return {};
   if (waste >= kMuchWaste) {
     return fmt::format(
-        "{} takes {} of the line's time with exchanges that fail. Follow its sentence first",
+        "{} takes {} of the line's time with exchanges that fail. First follow the sentence about "
+        "that device",
         name(*wasteful), Percent(waste));
   }
   // A sentence about the late device names its remedy.
@@ -359,23 +360,25 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
   const bool stands_out = most * static_cast<double>(devices.size()) > kMoreThanOthers * served;
   if (most >= kMuchOfOne && devices.size() > 1 && stands_out) {
     const auto each = busiest->status.round_trips.mean();
-    return fmt::format("{} takes {} of the line's time, {} ms an exchange. Raise its poll, or {}",
-                       name(*busiest), Percent(most), Milliseconds(each), ask_less);
+    return fmt::format(
+        "{} takes {} of the line's time, {} ms an exchange. Poll it less often (poll), or {}",
+        name(*busiest), Percent(most), Milliseconds(each), ask_less);
   }
   if (served >= kFull && IsQuietTime(devices)) {
     return fmt::format(
         "the polls need more time than the line has, and half of the time is silence before "
-        "requests. Lower timing.quiet ({}), or raise poll",
+        "requests. Lower timing.quiet ({}), or poll less often (poll)",
         FormatDuration(*devices.front().status.timing.quiet));
   }
   if (served >= kFull) {
     return fmt::format(
-        "the polls need more time than the line has, as good exchanges take {} of it. Raise poll, "
-        "{}",
+        "the polls need more time than the line has, because good exchanges take {} of the time. "
+        "Poll less often (poll), {}",
         Percent(served), ask_less);
   }
   if (served < kBusy || waste >= kSomeWaste) return {};
-  return fmt::format("a round of polls takes longer than its period. Raise poll, {}", ask_less);
+  return fmt::format(
+      "one round of polls takes longer than the poll period. Poll less often (poll), {}", ask_less);
 }
 
 }  // namespace baudgate::diagnosis

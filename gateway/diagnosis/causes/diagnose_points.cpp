@@ -159,16 +159,16 @@ Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, No
 std::string SayStale(const bus::DeviceRecord& record, std::size_t stale, Now now) {
   if (const auto every = ComesEvery(record, now.instant)) {
     return "comes every " + FormatAge(*every) +
-           ", and its max_age is shorter. Raise its poll or max_age above that, or let the device "
-           "send more often";
+           ", and its max_age is shorter. Raise its 'poll' or max_age above this interval, or let "
+           "the device send more often";
   }
   if (record.status.unasked && record.status.last_ok) {
     return "nothing has come for " + FormatAge(now.instant - *record.status.last_ok) +
            ", and its max_age is shorter. Check its power and its wire";
   }
   return fmt::format(
-      "{} of {} points are older than their max_age, as its polls fail or come too seldom. Follow "
-      "its other sentences, or raise max_age",
+      "{} of {} points are older than their max_age, because its polls fail or come too seldom. "
+      "Follow the other sentences about it, or raise max_age",
       stale, record.points.size());
 }
 
@@ -196,7 +196,8 @@ std::string WhyUnreadable(const bus::DeviceRecord& record, const Doubts& doubts)
     return NoNumber(findings.Last(Symptom::no_number));
   }
   if (doubts.unreadable == doubts.reported) {
-    return ": the device reports them as invalid, or sends another form. Check its sensors";
+    return ": the device reports them as invalid, or sends them in another format. Check its "
+           "sensors";
   }
   if (doubts.empty == doubts.reported) {
     return ": it sends no number for them. Check what it measures (NaN), or look for a decimal "
@@ -226,7 +227,7 @@ std::string WhyReported(const bus::DeviceRecord& record, const Doubts& doubts) {
   const auto refused = doubts.reasons.find(Reason::not_fitted);
   if (refused == doubts.reasons.end()) return why;
   const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
-  why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
+  why += said.empty() ? ": it does not answer requests for them" : ": it answers '" + said + "'";
   const bool all = refused->second == record.points.size();
   return why + NextSentence(RefusesWhatItGave(record) ? kHasWorked
                             : all                     ? "check that the profile fits the device"
@@ -292,7 +293,7 @@ Sentences NoteAbsent(const bus::LineStatus& line, const bus::DeviceRecord& recor
       "note: {} of {} points have no value ({}), which is usual {}", doubts.reported,
       record.points.size(), WhichAre(doubts),
       doubts.reasons.contains(Reason::not_fitted)
-          ? "for what is not fitted" + (said.empty() ? "" : " (it says '" + said + "')") +
+          ? "for what is not fitted" + (said.empty() ? "" : " (it answers '" + said + "')") +
                 ". Take these points out of the profile, or correct them"
           : "where nothing is measured (a motor at rest, a direction that is not used)")};
 }
@@ -322,14 +323,14 @@ Sentences DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant star
     return {fmt::format("{} of {} points have no value yet ({}{}): {}", waiting,
                         record.points.size(), first, waiting > 1 ? ", ..." : "",
                         missing.empty()
-                            ? "none of its messages has them. Check that the profile fits, and its "
-                              "parameters (unit)"
+                            ? "none of its messages contains them. Check that the profile fits the "
+                              "device, and that its parameters (unit) are right"
                             : missing)};
   }
   return {fmt::format(
       "{} of {} points have no value yet ({}{}): {}{}", waiting, record.points.size(), first,
       waiting > 1 ? ", ..." : "",
-      said.cause.empty() ? "the device does not give them" : "it says '" + Brief(said) + "'",
+      said.cause.empty() ? "the device does not give them" : "it answers '" + Brief(said) + "'",
       NextSentence(RemedyOf(said)))};
 }
 
@@ -425,7 +426,8 @@ std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   const double values = is_short ? 0x1p16 : 0x1p32;
   const bool ones = !is_signed && raw == values - 1 && (!is_short || !point.unit.empty());
   if (raw == values / 2 - 1 || (is_signed && raw == -values / 2) || ones) {
-    return "this number stands for no measurement: check what is measured, and add it to sentinels";
+    return "this number stands for no measurement: check what is measured, and add the number to "
+           "'sentinels' of the point";
   }
   if (is_signed || raw < values - kSmall || raw == values - 1 || !small) return {};
   return fmt::format("as a signed number it is {:.0f}: set type: {} in the profile", raw - values,
@@ -453,8 +455,8 @@ std::string OffByOne(const bus::DeviceRecord& record, std::size_t least) {
     if (std::abs(next->first - end->first) > kNextTo) continue;
     const config::Point& point = record.device->points[end->second];
     return fmt::format(
-        "only the {} address is refused ({}, {}), so all are off by one. {} each address by one in "
-        "the profile",
+        "only the {} address is refused ({}, {}), so all addresses are off by one. {} each address "
+        "by one in the profile",
         last ? "last" : "first", point.name, point.read, last ? "Lower" : "Raise");
   }
   return {};
@@ -502,10 +504,10 @@ std::vector<std::string> AbsurdNumbers(const bus::DeviceRecord& record, Now now)
   if (why.empty() && either) {
     // Either remedy makes the numbers look right, but only one is correct.
     why = (order.empty() ? "take order: " + set + " out" : "set order: " + order) +
-          ", or correct their addresses by one register; compare with its display, as both give "
-          "usual numbers";
+          ", or correct their addresses by one register; compare with its display, because either "
+          "change gives usual numbers";
   } else if (why.empty()) {
-    why = shifted ? "correct their addresses: one register lower (or higher) they fit"
+    why = shifted ? "correct their addresses: one register lower (or higher) gives usual numbers"
           : order.empty()
               ? "check the order of their bytes (order), their type and their register"
               : "set order: " + order + " in the configuration, as their bytes come in that order";

@@ -304,7 +304,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"its characters are right without the eighth bit", EighthBit, SayEighthBit},
       {"the eighth bit of its replies is always 0", SevenBits, SaySevenBits},
       {"long replies come damaged", LongDamaged, SayLongDamaged, false, true},
-      {"only characters of one parity come", OtherParity, SayOtherParity},
+      {"only characters whose parity fits come", OtherParity, SayOtherParity},
       {"the first byte of its replies is missing", HeadLost, SayHeadLost},
       {"its replies break off", BreaksOff, SayTailLost},
       {"the last byte of its replies is missing", EndLost, SayEndLost},
@@ -324,7 +324,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"its replies are not Modbus TCP", NoTcp, SayNoTcp},
       {"bytes come, but no good frame", WrongSettings, SaySettings},
       {"its replies come damaged", Noise, SayNoise},
-      {"its replies do not fit", Odd, SayOdd},
+      {"its replies do not fit the requests", Odd, SayOdd},
       {"not a byte came", Silent, SaySilent},
   };
   return kAll;

@@ -45,10 +45,10 @@ std::vector<const Hypothesis*> Judge(const Evidence& evidence);
 std::vector<std::string> Besides(const Evidence& evidence,
                                  const std::vector<const Hypothesis*>& judged);
 
-/// Returns the settings to check at the device and here, such as "bit rate, parity, checksum and
-/// protocol (9600 8N1, checksum off here, dcon)".
+/// Returns the settings to check at the device and in the configuration, such as "bit rate, parity,
+/// checksum and protocol (9600 8N1, checksum: off, dcon)".
 std::string Settings(const bus::DeviceRecord& record);
-/// Returns text such as ", checksum off here". Empty: the protocol has no option for a checksum.
+/// Returns text such as ", checksum: off". Empty: the protocol has no option for a checksum.
 std::string CheckOf(const bus::DeviceRecord& record);
 
 // ---------------- damage_words.cpp: the share of the failures that a kind of damage explains

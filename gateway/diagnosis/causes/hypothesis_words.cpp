@@ -97,8 +97,8 @@ std::string SayText(const Evidence& evidence) {
 }
 
 std::string SayRestarts(const Evidence& evidence) {
-  return "it restarts, as text (" + evidence.Words().cause +
-         ") after silence shows. Check its power supply and its firmware (watchdog)";
+  return "it restarts: a text (" + evidence.Words().cause +
+         ") comes after a silence. Check its power supply and its firmware (watchdog)";
 }
 
 std::string SayEcho(const Evidence& evidence) {
@@ -106,8 +106,8 @@ std::string SayEcho(const Evidence& evidence) {
     return "only the request itself comes back, so the server is not " + Service(evidence) +
            ". Check address and port of the server";
   }
-  return "only the request itself comes back. Set echo: strip in the configuration, then check "
-         "power, wire and address (" +
+  return "only the request itself comes back. Set 'echo: strip' at the line in the configuration, "
+         "then check power, wire and address (" +
          evidence.first().device->address + ") of the device";
 }
 
@@ -170,7 +170,7 @@ std::string SaySaid(const Evidence& evidence) {
            evidence.first().device->protocol + ")";
   }
   return "the server closes the connection after the request. Check that its port is for " +
-         Service(evidence) + ", and that it knows unit " + evidence.first().device->address;
+         Service(evidence) + ", and that it serves unit " + evidence.first().device->address;
 }
 
 std::string SayOdd(const Evidence& evidence) {
@@ -178,7 +178,7 @@ std::string SayOdd(const Evidence& evidence) {
   if (IsDamageAsMisfit(evidence)) {
     return "some replies are damaged" + QuotedIn(finding) +
            " by noise or by a converter that loses characters. Check termination and ground, and "
-           "switch its checksum on";
+           "switch a checksum on at the device and in the configuration";
   }
   if (IsNowAndThen(evidence) && !OneNeverFits(evidence) && IsOtherLength(evidence, finding)) {
     return "some replies belong to other requests (" + Brief(finding) +
@@ -190,7 +190,7 @@ std::string SayOdd(const Evidence& evidence) {
         Brief(finding), RegistersGiven(evidence));
   }
   const bool fitted = evidence.changed && finding.remedy.empty();
-  return "its replies do not fit (" + Brief(finding) + ")" +
+  return "its replies do not fit the requests (" + Brief(finding) + ")" +
          NextSentence(fitted ? kHasWorked : RemedyOf(finding));
 }
 
@@ -203,7 +203,7 @@ std::string SaySameAgain(const Evidence& evidence) {
   const std::string& text = evidence.Last(same_again).cause;
   if (!text.empty()) {
     return "the same reply comes to every request (" + text +
-           "). End its local or other mode, or restart it";
+           "). End its local, test or programming mode, or restart it";
   }
   return std::string("the same reply comes to every request. Restart the ") +
          (IsBehindServer(evidence)
@@ -213,7 +213,7 @@ std::string SaySameAgain(const Evidence& evidence) {
 
 std::string SayLateOther(const Evidence& evidence) {
   return "late replies of " + evidence.Last(late_other).cause +
-         " come in place of its own. Follow the sentence of that device";
+         " come in place of its own. Follow the sentence about that device";
 }
 
 std::string SayTwoReplies(const Evidence& evidence) {
@@ -228,7 +228,8 @@ std::string SayOtherReply(const Evidence& evidence) {
   const std::string& reason = evidence.first().status.last_reason;
   return "replies come that belong to other requests" +
          (reason.empty() ? "" : " (" + reason + ")") +
-         ". Look for another master on the line, or a serial server that answers one request late";
+         ". Look for another master on the line, or a serial server that sends each reply only "
+         "after the next request";
 }
 
 // The sentences about silence of all devices, of one device, or now and then.
@@ -314,11 +315,12 @@ std::string SayLosses(const Evidence& evidence) {
            FormatAge(*evidence.shared_period) + kCheckShared;
   }
   if (!evidence.losing.empty()) {
-    return "requests get no answer when those of " + evidence.losing + " get none" + kCheckShared;
+    return "requests to it get no answer at the same times as requests to " + evidence.losing +
+           kCheckShared;
   }
-  const std::string cause = "single requests get no answer. ";
+  const std::string cause = "now and then a request gets no answer. ";
   if (!OnWire(evidence)) {
-    return cause + "Check the server and the network for losses, or raise its poll";
+    return cause + "Check the server and the network for losses, or poll it less often (poll)";
   }
   if (IsBehindServer(evidence)) {
     return cause +
@@ -394,7 +396,7 @@ std::string SayEighthBit(const Evidence& evidence) {
   const std::string set = mark ? ". Set 7M1 or 7N2" : ". Set 7E1 or 7O1";
   if (IsBehindServer(evidence)) return cause + set + " at the port of the serial server";
   if (serial.data_bits > 7) return cause + set + " in serial (now " + serial.ToString() + ")";
-  return cause + ". Use an adapter that does " + serial.ToString() + ", or set " +
+  return cause + ". Use an adapter that supports " + serial.ToString() + ", or set " +
          (mark ? "7N2" : "7O1");
 }
 
@@ -407,7 +409,7 @@ std::string SaySevenBits(const Evidence& evidence) {
 
 std::string SayOtherParity(const Evidence& evidence) {
   const bool network = evidence.line->is_network();
-  return std::string("only characters of one parity come") +
+  return std::string("only characters whose parity fits come") +
          (network ? "" : ", and FF in place of the others") +
          ". Set the same parity at the device and " + (network ? "the serial server" : "here") +
          " (" + SerialOf(evidence.first()).ToString() + ")";
@@ -419,12 +421,12 @@ std::string SaySettings(const Evidence& evidence) {
   if (evidence.changed) {
     const char* const what = record.status.unasked ? "message" : "frame";
     return std::string("bytes come, but no good ") + what +
-           " any more. Set the same bit rate and parity at the device and here (" + serial +
-           "), and check A and B";
+           " any more. Set the same bit rate and parity at the device and in the configuration (" +
+           serial + "), and check A and B";
   }
   if (record.status.unasked) {
-    return "bytes come, but no good message. Set the same bit rate and parity at the device and "
-           "here (" +
+    return "bytes come, but no good message. Set the same bit rate and parity at the device and in "
+           "the configuration (" +
            serial + "), and check that the profile describes its messages";
   }
   if (!evidence.healthy.empty()) {
@@ -447,8 +449,8 @@ std::string SayZeros(const Evidence& evidence) {
   const config::SerialSettings serial = SerialOf(evidence.first());
   if (evidence.Last(zeros).bytes >= kWholeReply && serial.parity != config::Parity::none) {
     return fmt::format(
-        "nothing but 00 or FF comes ({} bytes). Set the same parity at the device and here ({}), "
-        "or check whether A and B are swapped",
+        "nothing but 00 or FF comes ({} bytes). Set the same parity at the device and in the "
+        "configuration ({}), or check whether A and B are swapped",
         evidence.Last(zeros).bytes, serial.ToString());
   }
   if (serial.parity != config::Parity::none) {
@@ -464,10 +466,10 @@ std::string CheckOf(const bus::DeviceRecord& record) {
   const auto checksum = record.device->options.all().find("checksum");
   if (checksum == record.device->options.all().end()) return {};
   if (const bool* flag = std::get_if<bool>(&checksum->second)) {
-    return std::string(", checksum ") + (*flag ? "on here" : "off here");
+    return std::string(", checksum: ") + (*flag ? "on" : "off");
   }
   const auto* word = std::get_if<std::string>(&checksum->second);
-  return word == nullptr ? std::string() : ", checksum " + *word + " here";
+  return word == nullptr ? std::string() : ", checksum: " + *word;
 }
 
 std::string Settings(const bus::DeviceRecord& record) {
@@ -548,21 +550,22 @@ std::string SayTooFast(const Evidence& evidence) {
     return "timing: { quiet: " + Suggest(quiet, margin) + " } in the configuration";
   };
   if (!known || *known > kLongestQuiet)
-    return cause + "Set " + set(probable, kMargin) + ", then more";
+    return cause + "Set " + set(probable, kMargin) + "; if requests still get no answer, raise it";
   // The device has answered after this pause, and after no shorter one.
   const Duration enough = std::max<Duration>(kPause, *known);
   if (pause >= kUsualPause) {
-    return cause + "Set " + set(enough, 1) + ", unless it loses every second request";
+    return cause + "Set " + set(enough, 1) +
+           "; this does not help if it loses every second request";
   }
   if (enough <= kMargin * kWideMargin * probable) return cause + "Set " + set(enough, 1);
-  return cause + "Set " + set(probable, kMargin) + ", then more (" + Suggest(enough, 1) +
-         " is enough)";
+  return cause + "Set " + set(probable, kMargin) +
+         "; if requests still get no answer, raise it to " + Suggest(enough, 1);
 }
 
 std::string SayAsleep(const Evidence& evidence) {
   return "requests after a pause of " + FormatAge(evidence.device->status.findings.LongRest()) +
-         " get no answer, but their retries do. Shorten its poll, or switch off sleep at the "
-         "device or its radio";
+         " get no answer, but their retries do. Poll it more often (poll), or switch off sleep at "
+         "the device or its radio";
 }
 
 }  // namespace baudgate::diagnosis

@@ -38,7 +38,7 @@ std::string Brief(const Finding& finding) { return Shortened(finding.cause); }
 std::string RemedyOf(const Finding& finding) {
   if (!finding.remedy.empty()) return finding.remedy;
   return finding.outcome == Outcome::busy
-             ? "raise its poll"
+             ? "poll it less often (poll)"
              : "check that the profile fits the device and its options";
 }
 

@@ -20,7 +20,7 @@ inline constexpr const char* kHasWorked =
     "it has answered before: check whether the device or its settings were changed, or restart it";
 inline constexpr const char* kHearsItself =
     "a part of each request comes back before the reply. Switch the echo of the adapter off, or "
-    "use an adapter with automatic direction";
+    "use an adapter with automatic direction control";
 
 /// The remedy if replies come to requests that this gateway has not sent. `network`: a TCP
 /// connection.

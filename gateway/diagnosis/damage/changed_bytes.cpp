@@ -33,9 +33,9 @@ bool HasStopBitInside(std::uint8_t byte) { return (byte & 0b00001000U) != 0; }
 
 Finding Says(const std::string& rate, bool connection) {
   return {.symptom = Symptom::other_setting,
-          .cause = "its characters come at " + rate + " the bit rate that is set here",
+          .cause = "its characters come at " + rate + " the configured bit rate",
           .remedy = connection ? "set the bit rate of the device at the port of the serial server"
-                               : "set the same bit rate at the device and here"};
+                               : "set the same bit rate at the device and in the configuration"};
 }
 
 }  // namespace
@@ -285,9 +285,9 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   if (hearing.connection || marks < kMarks || rest < kFewest) return std::nullopt;
   if (odd != 0 && odd != rest) return std::nullopt;
   return Finding{.symptom = Symptom::other_setting,
-                 .cause = "only characters of one parity come, and " +
+                 .cause = "only characters whose parity fits come, and " +
                           std::string(zeros > 0 ? "00" : "FF") + " in place of the others",
-                 .remedy = "set the same parity at the device and here"};
+                 .remedy = "set the same parity at the device and in the configuration"};
 }
 
 View Core(View bytes) {
@@ -346,8 +346,8 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
   return Finding{.symptom = Symptom::other_setting,
                  .cause = "each byte of its replies comes twice",
                  .remedy =
-                     "terminate the bus at both ends, or take out the repeater or converter "
-                     "that doubles them"};
+                     "terminate the bus at both ends, or take out the repeater or converter that "
+                     "doubles the bytes"};
 }
 
 /// Compares the bytes without line ends. In a text, a quarter of the characters may differ, because

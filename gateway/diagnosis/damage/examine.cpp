@@ -223,7 +223,7 @@ struct BinaryService {
   const char* cause;
 };
 constexpr BinaryService kBinaryServices[] = {
-    {IsTls, "the server wants TLS"},
+    {IsTls, "the server expects TLS"},
     {IsIec104, "an IEC 60870-5-104 server answers"},
     {IsIsoOnTcp, "an S7 or IEC 61850 server answers (ISO on TCP)"},
     {IsDnp3, "a DNP3 outstation answers"},

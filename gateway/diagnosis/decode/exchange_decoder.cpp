@@ -76,8 +76,8 @@ protocols::Answer InterpretMasked(const Capture& capture, const protocols::Proto
     answer.outcome = *capture.told;
     answer.readings.clear();
   }
-  answer.reason = capture.told ? "secret bytes are masked; the outcome is the recorded one"
-                               : "secret bytes are masked; nothing can be checked over them";
+  answer.reason = capture.told ? "secret bytes are masked, so the recorded outcome is shown"
+                               : "secret bytes are masked, so their check value cannot be verified";
   return answer;
 }
 
@@ -91,9 +91,9 @@ protocols::Answer InterpretTold(const Capture& capture, const protocols::Protoco
   if (!capture.told) return answer;
   const bool agreed = answer.outcome == *capture.told;
   if (agreed && capture.why.empty()) return answer;
-  std::string reason = capture.why.empty() ? "the outcome is the recorded one" : capture.why;
+  std::string reason = capture.why.empty() ? "the recorded outcome is shown" : capture.why;
   if (!agreed) {
-    reason += "; by these bytes and options alone: " + std::string(Name(answer.outcome));
+    reason += "; these bytes and options alone would mean: " + std::string(Name(answer.outcome));
     if (!answer.reason.empty()) reason += " (" + answer.reason + ")";
     answer.readings.clear();
   }

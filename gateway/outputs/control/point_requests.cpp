@@ -40,7 +40,7 @@ Result<std::optional<bus::RequestId>> IdOf(const status::Json& request) {
   if (client.empty() && seq == request.end()) return std::optional<bus::RequestId>();
   if (client.empty() || seq == request.end()) {
     return Error{
-        "a write has both 'client' and 'seq' or neither: the name of your client, and a number "
+        "a write needs both 'client' and 'seq', or neither: the name of your client, and a number "
         "that rises with each request"};
   }
   if (!seq->is_number_unsigned()) return Error{"'seq' must be a whole number, 0 or more"};
@@ -154,9 +154,10 @@ Status PointRequests::Read(const config::Config& config, const status::Json& req
          {"points", PointsAt(store_, target.device, target.points, asked, ReadClocks().instant)}});
   };
   if (!sink_.Submit(std::move(command))) {
-    answered({{"read", false},
-              {"reason", "too many commands wait for the line"},
-              {"points", PointsAt(store_, target->device, target->points, asked, asked)}});
+    answered(
+        {{"read", false},
+         {"reason", "nothing was sent, because too many commands wait for the line; try again"},
+         {"points", PointsAt(store_, target->device, target->points, asked, asked)}});
   }
   return {};
 }

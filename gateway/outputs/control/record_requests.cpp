@@ -69,7 +69,8 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
   if (const auto seq = ParseInteger<std::int64_t>(target)) {
     query.seq = *seq;
     if (std::ranges::find(alarms, *seq, &events::Alarm::seq) != alarms.end()) return query;
-    return Error{"event " + target + " has no alarm in the list; see 'alarms'"};
+    return Error{"event " + target +
+                 " has no alarm in the list; 'baudgate alarms' lists the alarms"};
   }
   if (auto shown = Shown(alarms, target)) return *shown;
   const auto named = Named(target);
@@ -192,7 +193,8 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   const std::string point = TextOf(request, "point");
   if (NumberOf(request, "every_ms").value_or(0) != 0) {
     return ErrorJson(
-        kUsage, Quoted(point) + " is recorded in the periods of the meter: ask without --every");
+        kUsage,
+        Quoted(point) + " is recorded in the fixed periods of the meter: ask without --every");
   }
   query.since = TimeOf(request, "since_ms");
   query.until = TimeOf(request, "until_ms");

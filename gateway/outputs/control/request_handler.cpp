@@ -50,7 +50,7 @@ Status Allows(const Addressed& to, bool reads, bool confirmed) {
   const std::string telegram = "this telegram may write: ";
   if (to.line->ask != config::Ask::write) {
     return Error{telegram + "line '" + to.line->name +
-                 "' passes it only with 'ask: write' in its configuration"};
+                 "' sends such a telegram only with 'ask: write' in its configuration"};
   }
   if (!confirmed) return Error{telegram + "add --write to send it"};
   return {};
@@ -117,7 +117,8 @@ Status AskManually(const config::Config& config, lines::LineControl& control,
     json["reason"] = result.reason;
     answered(json);
   };
-  if (!sink.Submit(std::move(command))) return Error{"too many commands wait for the line"};
+  if (!sink.Submit(std::move(command)))
+    return Error{"nothing was sent, because too many commands wait for the line; try again"};
   return {};
 }
 
@@ -151,7 +152,7 @@ Result<config::PortServer> OfferedAt(const status::Json& request, const config::
   }
   if (server.allow.empty() && !server.on_loopback()) {
     return Error{
-        "any machine that reaches " + server.Address() +
+        "the port is not lent, because any machine that reaches " + server.Address() +
         " could write to the devices of the line; name the permitted clients with --allow ADDRESS"};
   }
   return server;

@@ -49,7 +49,9 @@ Status PrepareDirectory(const std::string& directory) {
   if (!S_ISDIR(found.st_mode)) return Error{directory + ": not a directory"};
   if (of_service) return {};
   if (found.st_uid != ::getuid() || (found.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
-    return Error{directory + ": another user owns it or may write to it"};
+    return Error{directory +
+                 ": another user owns this folder or may write to it; make a folder that belongs "
+                 "to you alone (chmod 700)"};
   }
   return {};
 }

@@ -47,8 +47,8 @@ std::string PutAsideAdvice(const std::filesystem::path& folder,
   const std::string first = (folder / files.front()).string();
   const std::string more = files.size() == 1 ? "" : fmt::format(" (and {} more)", files.size() - 1);
   return fmt::format(
-      "{}{} was damaged and put aside, and its data is missing here: save the data with 'sqlite3 "
-      "{} .recover', then move the file away",
+      "{}{} was damaged and put aside, so its data is missing in answers of the gateway: save the "
+      "data with 'sqlite3 {} .recover', then move the file away",
       first, more, first);
 }
 
@@ -107,7 +107,7 @@ std::optional<WallTime> StuckSince(std::uint32_t line, const View& view) {
 /// Returns the only advice that is shown while the thread of a line hangs, because everything else
 /// about the line is out of date.
 std::string ExplainHang(const config::Line& line, WallTime since) {
-  return "hangs since " + FormatWallTime(since) + ": the driver of " + line.port +
+  return "has hung since " + FormatWallTime(since) + ": the driver of " + line.port +
          " does not return from a call; unplug the adapter, or restart the gateway";
 }
 
@@ -188,7 +188,8 @@ Json ReloadJson(const ReloadState& state) {
   if (!state.file_changed.empty()) advice.push_back(state.file_changed);
   if (!state.not_kept.empty()) {
     advice.push_back(
-        "the confirmed configuration could not be saved, so the next start may use another: " +
+        "the confirmed configuration could not be saved, so the next start may use another "
+        "configuration: " +
         state.not_kept);
   }
   return {{"file", state.file},

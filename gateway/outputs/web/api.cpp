@@ -220,7 +220,8 @@ Response LiveApi::TraceStream(const Request& request, Now) {
 
 Response LiveApi::Configuration(const Request&, Now) {
   if (!links_.configuration || !links_.info.reload) {
-    return Problem(503, "this gateway was started without a configuration file");
+    return Problem(
+        503, "this gateway was started without a configuration file, so there is none to show");
   }
   const auto text = links_.configuration();
   if (!text) return Problem(503, text.error());

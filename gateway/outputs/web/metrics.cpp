@@ -64,8 +64,8 @@ class Store {
   const Now now_;
   outputs::Families<bus::LineStatus> lines_;
   outputs::Families<bus::DeviceStatus> devices_;
-  outputs::Series values_{
-      {"baudgate_point_value", "gauge", "The value; absent while it is not good, and of texts."}};
+  outputs::Series values_{{"baudgate_point_value", "gauge",
+                           "The value; absent while the value is not good, and for texts."}};
   outputs::Series qualities_{
       {"baudgate_point_quality", "gauge", "Quality and reason as one number, 192 is good."}};
   outputs::Series ages_{{"baudgate_point_age_seconds", "gauge",

@@ -103,7 +103,9 @@ constexpr std::size_t kMostWaiting = 256;
 Result<transports::ListenSocket> WebServer::ListenAt(const config::HostPort& at) {
   asio::error_code failed;
   const auto address = asio::ip::make_address(at.host, failed);
-  if (failed) return Error{"'" + at.host + "' is not an address; check web.listen"};
+  if (failed)
+    return Error{"'" + at.host +
+                 "' is not an IP address; write an IP address of this machine in web.listen"};
   return transports::ListenSocket::Open({address, at.port}, "web.listen");
 }
 
@@ -201,7 +203,8 @@ void WebServer::Handle(const Request& request, Answered answered) {
 }
 
 void WebServer::Ask(const Request& request, Answered answered) {
-  if (waiting_ >= kMostWaiting) return answered(Problem(503, "too many requests at once"));
+  if (waiting_ >= kMostWaiting)
+    return answered(Problem(503, "too many requests at once; try again"));
   ++waiting_;
   const bool past = PastApi::Has(request.path);
   asio::post(

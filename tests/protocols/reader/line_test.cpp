@@ -181,7 +181,7 @@ TEST_F(ReaderLineTest, AReadOnDemandOfAnUnaskedReaderIsRefused) {
   line_.Submit(std::move(command));
   EXPECT_EQ(result.end, WriteEnd::not_sent);
   EXPECT_EQ(result.reason,
-            "this device cannot be polled (it sends unasked); its last message is shown");
+            "this device cannot be polled, because it sends by itself; its last message is shown");
 }
 
 TEST_F(ReaderLineTest, NumbersContinueAfterARestart) {
@@ -221,7 +221,7 @@ TEST_F(ReaderLineTest, WaitingEventsAreBoundedAndLostEventsAreReported) {
   line_.Inject(TagFrame(Digits(5000)));
   line_.RunFor(1s);
   EXPECT_EQ(kept, bus::EventBacklog::kMost + 1);
-  EXPECT_EQ(told, "200 events before this one lost: the disk failed");
+  EXPECT_EQ(told, "lost before this event, because the disk failed: 200 events");
 }
 
 class WeighingTest : public ReaderLineTest {

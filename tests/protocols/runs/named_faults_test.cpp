@@ -112,7 +112,7 @@ const FaultRow kFaults[] = {
          return stage.strikes() ? Bytes() : reply;
        };
      },
-     "not a byte came.*(power|unit|server)|single requests|stops? answering|did not answer",
+     "not a byte came.*(power|unit|server)|now and then a request|stops? answering|did not answer",
      "gap|second master|full"},
     {"late", [](Stage stage) { DeliverAt(stage, *TimingOf(stage).reply + 60ms); },
      "set timing: \\{ reply: ", "gap|second master|power|full"},
@@ -246,7 +246,8 @@ const FaultRow kFaults[] = {
      "gap|second master|power|other requests", false, IsModbus},
     {"exception 01", Refuse<1>, "exception 01, illegal function.*(profile fit|has answered before)",
      "gap|second master|power|other requests", false, IsModbus},
-    {"exception 06", Refuse<6>, "exception 06, device busy.*(raise its poll|end its programming)",
+    {"exception 06", Refuse<6>,
+     "exception 06, device busy.*(poll it less often|end its programming)",
      "gap|second master|power|other requests", false, IsModbus},
     {"exception 0B", Refuse<0x0B>, "exception 0B.*(behind|gateway)",
      "second master|bit rate|other requests", false, IsModbus},
@@ -443,7 +444,7 @@ TEST_P(NamedFaults, TheSlowDeviceIsNamedAndNotItsNeighbour) {
   EXPECT_TRUE(std::regex_search(
       text,
       std::regex(rig.device(0).name + " takes [0-9]+ % of the "
-                                      "line's time, [0-9]+ ms an exchange\\. Raise its poll")))
+                                      "line's time, [0-9]+ ms an exchange\\. Poll it less often")))
       << text;
 }
 

@@ -169,7 +169,7 @@ TEST(Cyclone, AReaderWithIncompatibleQosIsNamedUntilItLeaves) {
   const std::map<std::string, std::string> asked = {
       {"deadline", "DEADLINE"},
       {"exclusive", "exclusive OWNERSHIP"},
-      {"liveliness", "LIVELINESS with a lease or by hand"},
+      {"liveliness", "LIVELINESS with a lease or a manual kind"},
       {"partition", "a PARTITION"},
       {"transient", "DURABILITY beyond TRANSIENT_LOCAL"},
       {"order", "DESTINATION_ORDER by source timestamp"},

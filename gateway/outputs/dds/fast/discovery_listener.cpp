@@ -55,7 +55,7 @@ constexpr Policy kPolicies[] = {
      [](const fast::ReaderQos& qos) {
        return qos.m_ownership.kind == fast::EXCLUSIVE_OWNERSHIP_QOS;
      }},
-    {"LIVELINESS with a lease or by hand",
+    {"LIVELINESS with a lease or a manual kind",
      [](const fast::ReaderQos& qos) {
        return qos.m_liveliness.lease_duration != c_TimeInfinite ||
               qos.m_liveliness.kind != fast::AUTOMATIC_LIVELINESS_QOS;

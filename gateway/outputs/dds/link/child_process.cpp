@@ -54,7 +54,7 @@ constexpr Duration kReapPause = 2ms;
 
 std::string EndOf(int status) {
   if (WIFSIGNALED(status)) return "was ended by signal " + std::to_string(WTERMSIG(status));
-  return "left with exit code " + std::to_string(WEXITSTATUS(status));
+  return "ended with exit code " + std::to_string(WEXITSTATUS(status));
 }
 
 /// The settings of posix_spawn. fork is not used, because between fork and exec a process with

@@ -55,7 +55,7 @@ class ChildProcess {
   int output() const { return output_.get(); }
   void CloseOutput() { output_.Close(); }
   /// Waits until the child has ended, and kills it after `most`. Returns how it ended, e.g. "was
-  /// ended by signal 6" or "left with exit code 1".
+  /// ended by signal 6" or "ended with exit code 1".
   std::string Reap(Duration most);
 
  private:

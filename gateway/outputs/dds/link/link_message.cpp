@@ -247,13 +247,13 @@ Result<LinkMessage> ParseLink(View packet) {
   const std::size_t body = packet[2] + 256U * packet[3];
   if (body != packet.size() - kLinkHeaderBytes) {
     return Error{"a message of " + std::to_string(packet.size() - kLinkHeaderBytes) +
-                 " bytes that says it has " + std::to_string(body)};
+                 " bytes whose length field is " + std::to_string(body)};
   }
   return LinkMessage{static_cast<LinkKind>(packet[0]), packet.subspan(kLinkHeaderBytes)};
 }
 
 Result<LinkOpen> DecodeOpen(View body) {
-  const Error damaged{"a damaged request to open"};
+  const Error damaged{"a damaged request to open DDS"};
   Fields fields(body);
   LinkOpen open;
   open.gateway = fields.Text(kMaxKey);

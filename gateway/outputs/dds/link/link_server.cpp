@@ -46,7 +46,7 @@ Status LinkServer::Take(View packet) {
   const auto message = ParseLink(packet);
   if (!message) return Error{"the daemon sent " + message.error()};
   if (message->kind == LinkKind::open) return Open(message->body);
-  if (!writer_) return Error{"the daemon sent something before its request to open"};
+  if (!writer_) return Error{"the daemon sent a message before its request to open DDS"};
   switch (message->kind) {
     case LinkKind::point: {
       const Status published = Publish(message->body, point_);

@@ -312,7 +312,8 @@ void ProcessLink::Act(Instant now) {
       Start(now);
       break;
     case LinkKeeper::Wish::give_up:
-      End((keeper_.state().opened ? "did not read for " : "did not open DDS within ") +
+      End((keeper_.state().opened ? "read no messages of the gateway for "
+                                  : "did not open DDS within ") +
               FormatDuration(keeper_.patience()),
           now);
       break;
@@ -393,7 +394,8 @@ Status ProcessLink::Understand(View packet, Instant now) {
       writer_->SetLeft();
       return {};
     case LinkKind::request: {
-      if (!options_.open.requests) return Error{"sent a write request, and writing is denied"};
+      if (!options_.open.requests)
+        return Error{"sent a write request, although writing is not permitted"};
       auto arrival = DecodeRequest(message->body);
       if (!arrival) return Error{"sent " + arrival.error()};
       arrival->received = std::clamp(arrival->received, now - kOldest, now);
@@ -442,7 +444,8 @@ void ProcessLink::Publish(const LinkState& before) {
   if (writer_->ending()) return;
   if (state.refused > before.refused) {
     Tell(log::Level::warning,
-         "DDS has refused samples; the gateway sends them again with the next heartbeat");
+         "DDS has refused samples; the gateway sends the latest values again with the next "
+         "heartbeat");
   }
   for (const std::string& remark : state.remarks) {
     if (told_.size() < kMostTold && told_.insert(remark).second) {
@@ -459,7 +462,9 @@ void ProcessLink::Publish(const LinkState& before) {
                                                            : "the process takes samples");
       break;
     case Phase::silent:
-      Tell(log::Level::warning, "the process does not read its samples");
+      Tell(
+          log::Level::warning,
+          "the process does not read the samples of the gateway, so subscribers get no new values");
       break;
     // The line omits the time until the restart, so that the log can fold repeated lines.
     case Phase::waiting:

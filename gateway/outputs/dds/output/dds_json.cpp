@@ -32,7 +32,7 @@ std::string Diagnose(const dds::LinkState& state, Instant now) {
       state.times_lost > 1 ? " (lost " + Plural(state.times_lost, "time") + ")" : "";
   if (state.phase == Phase::silent) {
     const std::string since = FormatAge(now - state.heard) + times;
-    if (state.opened) return "the process has not read for " + since;
+    if (state.opened) return "the process has read no samples of the gateway for " + since;
     return "the process has been opening DDS for " + since +
            "; the DDS library asks the name service for its user: check that 'getent passwd' "
            "answers at once";

@@ -81,7 +81,8 @@ std::uint32_t Microseconds(Duration duration) {
 /// needed because the DDS library can deliver requests from before the start of this gateway. It
 /// assumes that the client's clock is right.
 std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) {
-  constexpr char kAdvice[] = "; is the client's clock right? If it still applies, use a new seq";
+  constexpr char kAdvice[] =
+      "; check the client's clock, and repeat the write with a new seq if it is still needed";
   if (arrival.published <= WallTime())
     return "too old: it carries no time stamp" + std::string(kAdvice);
   if (arrival.published - now > PatienceOf(arrival.request)) {
@@ -132,8 +133,8 @@ void WriteService::Take(const WriteArrival& arrival, Now now) {
   ++taken_;
   const Ticket ticket{request.client, request.seq, arrival.received};
   if (request.client.empty()) {
-    return Reply(ticket, {WriteEnd::denied,
-                          "'client' is empty; the gateway needs it to tell clients apart"});
+    return Reply(ticket,
+                 {WriteEnd::denied, "'client' is empty; set it to the name of your client"});
   }
   if (arrival.lasting) {
     Record(arrival, kLasting);

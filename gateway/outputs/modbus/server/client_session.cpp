@@ -27,7 +27,7 @@ Status ClientPoll::Open() {
   set_.assign(set, failed);
   if (failed) {
     ::close(set);
-    return Error{"the Modbus clients cannot be waited for: " + failed.message()};
+    return Error{"the gateway cannot wait for requests of Modbus clients: " + failed.message()};
   }
   return {};
 }
@@ -282,7 +282,7 @@ bool ClientSession::SendAtOnce(const ModbusRequest& request, Responder& responde
       break;
     // A reply is cut when earlier replies, which the client does not read, fill the send buffer.
     case Responder::Sent::cut:
-      CloseStalled("the client does not read its replies, and they pile up");
+      CloseStalled("the client does not read its replies, and there is no room for more of them");
       break;
     case Responder::Sent::failed:
       Close();
@@ -360,7 +360,8 @@ void ClientSession::CloseMalformed(Instant now) {
 void ClientSession::CloseForRoom() {
   LiveCounters::Add(shared_.counters().idle);
   WarnOfClient(peer_, "closed: idle",
-               "max_clients are connected, and another client needs a place");
+               "max_clients are connected, so a new client replaced this client, which had sent no "
+               "request for the longest time; raise max_clients if all clients are needed");
   Close();
 }
 

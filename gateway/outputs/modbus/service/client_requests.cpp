@@ -151,7 +151,8 @@ std::vector<std::uint64_t> PendingRequests::Overdue(Instant now) const {
 
 namespace {
 
-constexpr const char* kTooMany = "this client has 32 unanswered requests already";
+constexpr const char* kTooMany =
+    "the request was not sent, because this client has 32 unanswered requests already";
 static_assert(PendingRequests::kMost == 32);
 
 }  // namespace
@@ -301,7 +302,7 @@ void RoutedRequests::Finish(std::uint64_t number, bus::RoutedReply reply, const 
   if (late && IsReply(reply)) {
     reply.outcome = Outcome::no_reply;
     reply.pdu.clear();
-    reply.reason = "its reply came after the deadline";
+    reply.reason = "the reply came after the deadline of the request";
   }
   router_.OnEnd(pending->route, UnitOf(asked), RouteOutcomeOf(reply, late), reply, now);
   if (!IsReply(reply)) return replies_->Refuse(asked, kNoTarget, now.instant);
@@ -336,7 +337,8 @@ void RoutedRequests::Deny(View frame, std::size_t route, const std::string& reas
 void RoutedRequests::Sweep(const Now& now) {
   bus::RoutedReply nothing;
   nothing.outcome = Outcome::no_reply;
-  nothing.reason = "no result was known when its deadline passed";
+  nothing.reason =
+      "the deadline of the request passed without a reply, and perhaps the request was carried out";
   nothing.sent = true;  // whether it was sent is unknown, so the worse case is assumed
   for (const std::uint64_t number : pending_.Overdue(now.instant)) Finish(number, nothing, now);
 }
@@ -392,7 +394,7 @@ bool Permits(config::Permit permit, std::uint8_t function) {
 
 namespace {
 
-constexpr const char* kNotPermitted = "the listener does not permit it";
+constexpr const char* kNotPermitted = "the listener does not permit this request (permit)";
 
 }  // namespace
 

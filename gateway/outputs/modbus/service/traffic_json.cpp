@@ -63,7 +63,7 @@ std::string Failures(const modbus::RouteStatus& route, WallTime now) {
                   route.requests, FormatAge(now - route.last_trouble_at), route.last_trouble);
   if (2 * route.busy > failed)
     return text +
-           "; clients send requests faster than the line can: let the clients poll less often";
+           "; clients send more requests than the line can carry: let the clients poll less often";
   if (2 * route.expired > failed) {
     return text +
            "; the line is too busy: let clients poll less often, or raise the route's deadline";
@@ -85,7 +85,8 @@ Sentences DiagnoseMaster(const modbus::MasterStatus& master, WallTime now) {
   Sentences found;
   if (master.echoes > 0) {
     found.push_back(fmt::format(
-        "the adapter has echoed {} of the gateway's own replies: set echo: strip", master.echoes));
+        "the adapter has echoed {} of the gateway's own replies: set 'echo: strip' at the listener",
+        master.echoes));
   }
   const std::string silence = Silence(master, now);
   const auto heard = static_cast<double>(master.frames + master.damaged);

@@ -117,7 +117,7 @@ void Upstream::Link::Arm(Instant now) {
 // ---------------------------------------------------------------- answers without a reply
 
 void Upstream::Link::ExpireWaiting(Instant now) {
-  std::string why = "waited beyond its deadline";
+  std::string why = "the deadline of the request passed before it was sent";
   if (connection_ && !connection_->connected()) why += ", while " + name_ + " was being connected";
   AnswerUnsent(queue_.TakeExpired(now), Outcome::no_reply, why);
 }
@@ -127,7 +127,8 @@ void Upstream::Link::RefusePaused(Instant now) {
     if (!pauses_.IsPaused(unit, now)) continue;
     AnswerUnsent(queue_.TakeOf(unit), Outcome::line_down,
                  name_ + " closed the connection when it was asked for unit " +
-                     std::to_string(unit) + ", which is left alone for some seconds");
+                     std::to_string(unit) +
+                     ", so the gateway sends nothing to that unit for some seconds");
   }
 }
 
@@ -145,7 +146,7 @@ void Upstream::Link::ExpireSent(Instant now) {
   if (on_wire_.IsSilent()) return Break("does not answer any more", now);
   if (!connection_->in_frame() || !on_wire_.IsOfExpired(connection_->frame_id())) return;
   TakeBackReads(nullptr);
-  Break("left a reply unfinished", now);
+  Break("did not finish a reply", now);
 }
 
 void Upstream::Link::AnswerUnsent(const std::vector<bus::RoutedRequest>& requests, Outcome outcome,

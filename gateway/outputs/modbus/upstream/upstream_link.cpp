@@ -76,7 +76,8 @@ void UpstreamConnection::Open(const std::string& host, std::uint16_t port) {
       host, io_,
       [self = shared_from_this(), port](const Result<transports::HostNames::Addresses>& found) {
         if (self->owner_ == nullptr) return;
-        if (!found) return self->owner_->OnBroken("is not known by that name: " + found.error());
+        if (!found)
+          return self->owner_->OnBroken("has a name that cannot be resolved: " + found.error());
         std::vector<tcp::endpoint> endpoints;
         for (const asio::ip::address& ip : *found) endpoints.emplace_back(ip, port);
         self->Connect(endpoints);

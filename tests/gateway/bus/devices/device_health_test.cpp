@@ -312,13 +312,13 @@ TEST_F(DeviceStatesTest, ARemarkIsWarnedOfButNotReportedAsTrouble) {
       {{Reason::none, ""}, {}, {"no longer so: " + remark}},
       {{Reason::other_module, wrong}, {wrong}, {wrong}},
       {{Reason::other_module, wrong}, {}, {}},
-      {{Reason::none, remark}, {"over: "}, {"it is the configured device again; " + remark}},
+      {{Reason::none, remark}, {"over: "}, {"the configured device answers again; " + remark}},
       {{Reason::other_module, wrong}, {wrong}, {wrong}},
       {{Reason::other_module, "type 0E"}, {"type 0E"}, {"type 0E"}},
-      {{Reason::none, ""}, {"over: "}, {"it is the configured device again"}},
+      {{Reason::none, ""}, {"over: "}, {"the configured device answers again"}},
       {{Reason::none, wrong}, {}, {wrong}},
       {{Reason::other_module, wrong}, {wrong}, {wrong}},
-      {{Reason::none, wrong}, {"over: "}, {"it is the configured device again; " + wrong}},
+      {{Reason::none, wrong}, {"over: "}, {"the configured device answers again; " + wrong}},
   };
   auto conversation = std::make_unique<Saying>();
   Saying& device = *conversation;

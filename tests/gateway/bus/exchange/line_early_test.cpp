@@ -157,7 +157,7 @@ TEST_F(LineTest, TheRestOfAReplyReadBeyondTheCeilingIsCorrupt) {
   line_.Feed(View(reply_).subspan(3), At(5s));
   EXPECT_TRUE(frames_.empty());
   ASSERT_EQ(ends_.size(), 1U);
-  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt) << "beyond the ceiling";
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt) << "beyond the longest time";
 }
 
 TEST_F(LineTest, ReceivingGapAfterDamageIsCorrupt) {

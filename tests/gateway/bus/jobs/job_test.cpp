@@ -102,7 +102,8 @@ TEST_F(JobTest, AClosingRequestIsSentAfterTheDeadline) {
 
 TEST_F(JobTest, ADisabledDeviceAcceptsRoutedRequestsButNoPolls) {
   a.in_use = false;
-  EXPECT_EQ(Poll()->WhyNotSend(kStart)->why, "the device is disabled");
+  EXPECT_EQ(Poll()->WhyNotSend(kStart)->why,
+            "the device is disabled; 'baudgate enable' takes it into use");
   EXPECT_FALSE(Routed({Request("03 00 00 00 01", kStart + 1s)})->WhyNotSend(kStart));
 }
 

@@ -186,10 +186,10 @@ TEST_F(SpeakerTest, EventsBeyondTheBacklogAreLostAndCountedInTheNextBatch) {
       {"EE", false, 0, 2, true, ""},
       {"7E", false, 0, 1, false, ""},
       {"7", false, 0, 0, false, ""},
-      {"EE", true, 3, 0, false, "3 events before this one lost: the disk failed"},
+      {"EE", true, 3, 0, false, "lost before this event, because the disk failed: 3 events"},
       {"E", true, 1, 0, false, ""},
       {"E", false, 0, 1, true, ""},
-      {"E", true, 2, 0, false, "1 event before this one lost: the disk failed"},
+      {"E", true, 2, 0, false, "lost before this event, because the disk failed: 1 event"},
   };
   for (const Row& row : kRows) {
     SCOPED_TRACE(row.text);

@@ -125,7 +125,8 @@ TEST_F(WriteGateTest, OneForbiddenPointRefusesTheWholeCommand) {
   EXPECT_EQ(Write({{kSetting, 1.0}, {kCurrent, 1.0}}), Why::read_only);
   EXPECT_EQ(text_, "'current' can only be read");
   EXPECT_EQ(Write({{kOff, std::int64_t{1}}}), Why::read_only);
-  EXPECT_EQ(text_, "'off' is not in the device's 'write'");
+  EXPECT_EQ(text_,
+            "'off' may not be written: add it to 'write' of the device in the configuration");
   EXPECT_THAT(sink_.commands, IsEmpty());
   ASSERT_EQ(sink_.denied.size(), 3U) << "a record of each point";
   EXPECT_TRUE(sink_.denied[0].counts);
@@ -191,7 +192,9 @@ TEST_P(Interlocks, OpenOnlyForTheGoodValue) {
   if (GetParam().shown) Show(kLocal, *GetParam().shown, GetParam().quality);
   const auto refused = Write({{kClosed, true}});
   EXPECT_EQ(refused, GetParam().open ? std::nullopt : std::optional(Why::locked));
-  EXPECT_THAT(text_, HasSubstr(GetParam().open ? "" : "'close': interlock: line.feeder.local is "));
+  EXPECT_THAT(
+      text_,
+      HasSubstr(GetParam().open ? "" : "'close' is locked by allow_when: line.feeder.local is "));
   EXPECT_EQ(sink_.commands.size(), GetParam().open ? 1U : 0U);
 }
 
@@ -241,7 +244,7 @@ TEST_F(WriteGateTest, APointCanBeTheMaximumOfAnotherPoint) {
     writing.max_point = std::string("current");
   });
   EXPECT_EQ(Write({{kSetting, 1.0}}), Why::locked) << "it was never read";
-  EXPECT_THAT(text_, HasSubstr("its maximum is not known: current is bad"));
+  EXPECT_THAT(text_, HasSubstr("its maximum is not known, because current is bad"));
   Show(kCurrent, 50.0);
   EXPECT_EQ(Write({{kSetting, 500.0}}), Why::value);
   EXPECT_THAT(text_, HasSubstr("500 is above the maximum, 50 (current)"));

@@ -138,7 +138,7 @@ TEST(WriteLimits, ASentinelCannotBeWritten) {
   point.sentinels = {{999, Quality::bad_sensor_failure}};
   EXPECT_EQ(Inexact(point, std::int64_t{998}), "");
   EXPECT_EQ(Inexact(point, std::int64_t{999}),
-            "999 is a code with another meaning for this device, so it cannot be written");
+            "999 is a code of this device and not a value ('sentinels'), so it cannot be written");
 }
 
 TEST(WriteLimits, StepsAreCountedFromZero) {

@@ -44,8 +44,9 @@ TEST_F(DiagnoseTest, OneCopyOfARequestIsNoEcho) {
 TEST_F(DiagnoseTest, ABusWithoutEchoIsNotReportedAsAnOpenRing) {
   line_.exchanges = 100;
   line_.collisions = 90;
-  EXPECT_THAT(SayOfLine(), ElementsAre("the echo was missing or different 90 times. Two masters "
-                                       "send at once, or the bus does not echo (set 'echo: off')"));
+  EXPECT_THAT(SayOfLine(),
+              ElementsAre("the echo was missing or different 90 times. Two masters send at once, "
+                          "or the bus does not echo (set 'echo: off' at the line)"));
   Looked(device(), Symptom::odd, 9);
   device().state = neighbour_.status.state = bus::DeviceState::offline;
   EXPECT_THAT(SayOfLine(),
@@ -60,7 +61,7 @@ TEST_F(DiagnoseTest, EachTroubleOfALineHasItsSentence) {
     std::string sentence;
   } rows[] = {
       {[](bus::LineStatus& line) { line.echoes = 12, line.echoed = 0xFFF0FF; },
-       "the request itself came back 12 times. Set 'echo: strip' in the configuration"},
+       "the request itself came back 12 times. Set 'echo: strip' at the line in the configuration"},
       {[](bus::LineStatus& line) { line.collisions = 1; },
        "the echo was missing or different once. Two masters send at once, or the ring opens now "
        "and then (a loose plug, or a device that restarts)"},
@@ -252,7 +253,8 @@ TEST_F(DiagnoseTest, TheLineIsSuspectedWhenNoDeviceAnswers) {
   line_.parity_errors = 4;
   EXPECT_THAT(
       SayOfLine()[1],
-      ::testing::EndsWith("Compare bit rate, parity and data bits (9600 7E1) with the devices"));
+      ::testing::EndsWith(
+          "Compare bit rate, parity and data bits (9600 7E1) with the settings of the devices"));
   neighbour_.status.state = bus::DeviceState::disabled;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr(
                             "Check its power and wiring (A and B swapped?), then address (2)"))
@@ -304,7 +306,7 @@ TEST_F(MissedTest, ALineFullOfGoodExchangesIsReported) {
   Neighbours().served = kWatched / 10;
   EXPECT_THAT(SayOfLine(),
               ElementsAre("polls are missed: feeder-2 takes 44 % of the line's time, 38 ms an "
-                          "exchange. Raise its poll, or ask for fewer points"));
+                          "exchange. Poll it less often (poll), or ask for fewer points"));
   line_.busy = 4s;
   line_.bytes_in = 3000;
   EXPECT_THAT(SayOfLine(), ElementsAre(::testing::EndsWith("or raise the bit rate")))
@@ -316,14 +318,16 @@ TEST_F(MissedTest, ALongConfiguredQuietTimeIsNamed) {
   device().timing.quiet = neighbour_.status.timing.quiet = 400ms;
   EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("Lower timing.quiet (400ms)")));
   device().timing.quiet = 30ms;
-  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("Raise poll, ask for fewer points")));
+  EXPECT_THAT(SayOfLine(),
+              ElementsAre(::testing::HasSubstr("Poll less often (poll), ask for fewer points")));
 }
 
 TEST_F(MissedTest, TheDeviceThatUsesMostOfTheTimeIsNamed) {
   Minute().served = kWatched / 5;
   Neighbours().served = kWatched * 3 / 4;
   const std::string cause =
-      "75 % of the line's time, 348 ms an exchange. Raise its poll, or ask for fewer points";
+      "75 % of the line's time, 348 ms an exchange. Poll it less often (poll), or ask for fewer "
+      "points";
   EXPECT_THAT(SayOfLine(), ElementsAre("polls are missed: feeder-1 takes " + cause));
   EXPECT_THAT(Say(), ElementsAre(missed_ + "feeder-1 takes " + cause));
 }
@@ -332,8 +336,9 @@ TEST_F(MissedTest, AFailingNeighbourIsNamed) {
   Neighbours().wasted = kWatched / 2;
   EXPECT_THAT(Say(), IsEmpty()) << "what stands beside its good replies took the time";
   Looked(neighbour_.status, Symptom::damaged, 4);
-  EXPECT_THAT(Say(), ElementsAre(missed_ + "feeder-1 takes 50 % of the line's time with exchanges "
-                                           "that fail. Follow its sentence first"));
+  EXPECT_THAT(Say(),
+              ElementsAre(missed_ + "feeder-1 takes 50 % of the line's time with exchanges that "
+                                    "fail. First follow the sentence about that device"));
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "the sentence of feeder-1 says why";
 }
 

@@ -20,8 +20,8 @@ TEST_F(DiagnoseTest, PointsThatAreNotGoodAreCounted) {
   record_.points[1].read_at = status::kNow.instant;
   record_.points[1].reported = Quality::bad_sensor_failure;
   EXPECT_THAT(Say(),
-              ElementsAre("1 of 2 points are older than their max_age, as its polls fail or come "
-                          "too seldom. Follow its other sentences, or raise max_age",
+              ElementsAre("1 of 2 points are older than their max_age, because its polls fail or "
+                          "come too seldom. Follow the other sentences about it, or raise max_age",
                           "1 of 2 points have no good value (" + record_.device->points[1].name +
                               "): it sends no number for them. Check what it measures (NaN), or "
                               "look for a decimal comma with 'baudgate trace'"));
@@ -63,16 +63,18 @@ TEST_F(DiagnoseTest, AReaderIsJudgedByItsMessages) {
       << "others came sooner";
   Looked(device(), Symptom::clean, 16, {.idle = 10ms});
   Looked(device(), Symptom::clean, 16, {.idle = 20s});
-  EXPECT_THAT(Say(), ElementsAre("comes every 20 s, and its max_age is shorter. Raise its poll or "
-                                 "max_age above that, or let the device send more often"));
+  EXPECT_THAT(Say(),
+              ElementsAre("comes every 20 s, and its max_age is shorter. Raise its 'poll' or "
+                          "max_age above this interval, or let the device send more often"));
   device().last_ok = status::kNow.instant - 70s;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("nothing has come for 70 s")))
       << "and not that this is normal";
   device().last_ok = status::kNow.instant - 12s;
   for (bus::PointRecord& point : record_.points) point.read_at = status::kNow.instant;
   Looked(device(), Symptom::refusal, 4, {.cause = "no number in 'OL'", .remedy = "look at it"});
-  EXPECT_THAT(Say(), ElementsAre("no number in 'OL' (4 of its last 32 messages). Look at it; or "
-                                 "switch off the header or other device between its messages"));
+  EXPECT_THAT(
+      Say(), ElementsAre("no number in 'OL' (4 of its last 32 messages). Look at it; or switch off "
+                         "what sends between its messages (a printed header, another device)"));
   Looked(device(), Symptom::eighth_bit, 5);
   EXPECT_THAT(Say()[0],
               ::testing::StartsWith("5 of its last 32 messages are bad: they come damaged"));
@@ -120,7 +122,7 @@ TEST_F(DiagnoseTest, AQualityReportedByTheDeviceIsExplained) {
     std::string ends;
   } rows[] = {
       {Quality::bad,
-       "the device reports them as invalid, or sends another form. Check its sensors"},
+       "the device reports them as invalid, or sends them in another format. Check its sensors"},
       {Quality::uncertain,
        "the device reports them as uncertain (not stable). Check what it measures"},
       {{Quality::bad_sensor_failure, Reason::over_range},
@@ -230,20 +232,22 @@ TEST_F(DiagnoseTest, NumbersReadOneRegisterTooFarNameTheAddresses) {
     its.points[i].offset = 0;
     record_.points[i].value = static_cast<double>(std::bit_cast<float>(read[i]));
   }
-  EXPECT_THAT(Say()[0], ::testing::EndsWith(
-                            "Correct their addresses: one register lower (or higher) they fit"));
-  // The third value is good, too. Now word order and address explain the numbers equally well.
-  record_.points[2].value = static_cast<double>(std::bit_cast<float>(0x00004220U));
   EXPECT_THAT(Say()[0],
-              ::testing::EndsWith("Set order: CDAB, or correct their addresses by one register; "
-                                  "compare with its display, as both give usual numbers"));
+              ::testing::EndsWith(
+                  "Correct their addresses: one register lower (or higher) gives usual numbers"));
+  // Another value follows. Now order and address explain the numbers equally well.
+  record_.points[2].value = static_cast<double>(std::bit_cast<float>(0x00004220U));
+  EXPECT_THAT(Say()[0], ::testing::EndsWith(
+                            "Set order: CDAB, or correct their addresses by one register; compare "
+                            "with its display, because either change gives usual numbers"));
   its.options.Set("order", std::string("CDAB"));
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("Take order: CDAB out, or correct their addresses"));
   its.options.Set("order", std::string("ABCD"));
   record_.points[2].value = {};
   record_.points[2].reported = {Quality::bad_configuration, Reason::not_fitted};
-  EXPECT_THAT(Say(), ElementsAre("only the last address is refused (p2, holding 5), so all are off "
-                                 "by one. Lower each address by one in the profile"));
+  EXPECT_THAT(Say(),
+              ElementsAre("only the last address is refused (p2, holding 5), so all addresses are "
+                          "off by one. Lower each address by one in the profile"));
 }
 
 TEST_F(DiagnoseTest, ImplausibleIntegersAreReported) {
@@ -297,7 +301,7 @@ TEST_F(DiagnoseTest, AMissingOptionalPointIsReportedAsUsual) {
   }
   Looked(device(), Symptom::refusal, 4, {.cause = "exception 02"});
   record_.points[1].reported = {Quality::bad_configuration, Reason::not_fitted};
-  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("(it says 'exception 02')")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("(it answers 'exception 02')")));
   record_.points[1].value = 1.5;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("It has answered before")) << "it gave this one";
 }
@@ -319,7 +323,7 @@ TEST_F(DiagnoseTest, PointsThatASpeakerNeverSendsAreReported) {
   record_.points[0] = {};
   record_.age_limits[static_cast<std::size_t>(record_.device->points[0].group)].uncertain_after =
       6s;
-  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("none of its messages has them")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("none of its messages contains them")));
   device().missing = "no MDA comes: switch it on at the device";
   EXPECT_THAT(Say(), ElementsAre("1 of 2 points have no value yet (current): no MDA comes: switch "
                                  "it on at the device"));
@@ -342,7 +346,7 @@ TEST_F(DiagnoseTest, PointsInDoubtAreNotBlamedOnTheDevice) {
 TEST_F(DiagnoseTest, PointsWithoutAValueOfAnAnsweringDeviceAreReported) {
   record_.points[0] = {};
   Looked(device(), Symptom::refusal, 1, {.cause = "NACK 6"});
-  EXPECT_THAT(Say(), ElementsAre("1 of 2 points have no value yet (current): it says 'NACK 6'. "
+  EXPECT_THAT(Say(), ElementsAre("1 of 2 points have no value yet (current): it answers 'NACK 6'. "
                                  "Check that the profile fits the device and its options"));
 }
 

@@ -39,18 +39,19 @@ TEST_F(DiagnoseTest, OccasionalFailuresNameTheirCause) {
        "30 of 32 exchanges failed: its replies come damaged. Check whether two devices have "
        "address 2, and check the wire at its end"},
       {Outcome::no_reply, 2, "",
-       "2 of 32 exchanges failed: single requests get no answer. Check for noise, and for a bad "
-       "wire or plug at its end"},
+       "2 of 32 exchanges failed: now and then a request gets no answer. Check for noise, and for "
+       "a bad wire or plug at its end"},
       {Outcome::busy, 32, "exception 06",
-       "it says 'exception 06' to 32 of 32 requests. End its programming, local or test mode, or "
-       "restart it"},
+       "it answers 'exception 06' to 32 of 32 requests. End its programming, local or test mode, "
+       "or restart it"},
       {Outcome::busy, 7, "function 03: exception 06, device busy",
-       "it says 'function 03: exception 06, device busy' to 7 of 32 requests. Raise its poll"},
+       "it answers 'function 03: exception 06, device busy' to 7 of 32 requests. Poll it less "
+       "often (poll)"},
       {Outcome::refused, 20, "exception 04, device failure",
-       "it says 'exception 04, device failure' to 20 of 32 requests. Look at it", "look at it"},
+       "it answers 'exception 04, device failure' to 20 of 32 requests. Look at it", "look at it"},
       {Outcome::unsupported, 64, "",
-       "it says 'unsupported' to 32 of 32 requests. Check that the profile fits the device and its "
-       "options"},
+       "it answers 'unsupported' to 32 of 32 requests. Check that the profile fits the device and "
+       "its options"},
   };
   const bus::DeviceStatus well = device();
   for (const auto& row : rows) {
@@ -75,10 +76,10 @@ TEST_F(DiagnoseTest, RareLossesBeyondTheLatestExchangesAreReported) {
     Ended(Outcome::ok, behind);
   }
   Ended(Outcome::ok, 15);
-  EXPECT_THAT(Say(), ElementsAre("6 of 140 exchanges failed: single requests get no answer. Check "
-                                 "for noise, and for a bad wire or plug at its end"));
+  EXPECT_THAT(Say(), ElementsAre("6 of 140 exchanges failed: now and then a request gets no "
+                                 "answer. Check for noise, and for a bad wire or plug at its end"));
   Looked(device(), Symptom::damaged, 1);
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("single requests get no answer"))
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("now and then a request gets no answer"))
       << "the largest class of failures";
 }
 
@@ -173,7 +174,7 @@ TEST_F(DiagnoseTest, ASingleUnansweredRequestIsNamed) {
   EXPECT_THAT(Say(),
               ElementsAre("does not answer the request for " + name + " and 2 more (" +
                           record_.device->points[1].read +
-                          "), but answers the others. Take these points out of the profile"));
+                          "), but answers other requests. Take these points out of the profile"));
   Looked(device(), Symptom::silence, 1, {.ended = true});
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("ends the connection at the request for " +
                                                        name + " and 2 more (")));
@@ -196,12 +197,9 @@ TEST_F(DiagnoseTest, ASingleUnansweredRequestIsNamed) {
 TEST_F(DiagnoseTest, UnconfirmedReadingsAreReportedAsDamage) {
   device().exchanges = 100;
   device().unconfirmed = 4;
-  EXPECT_THAT(
-      Say(),
-      ElementsAre(
-          "4 of its readings changed when they were read again, so replies may be damaged although "
-          "they look whole. Look for noise, and switch a checksum on at the device and here if it "
-          "is off"));
+  EXPECT_THAT(Say(), ElementsAre("4 of its readings changed when they were read again, so replies "
+                                 "may be damaged although they look whole. Look for noise, and "
+                                 "switch a checksum on at the device and in the configuration"));
   device().rechecks = 13;
   EXPECT_THAT(Say(), IsEmpty()) << "most jumps were real";
   device().rechecks = 12;
@@ -216,9 +214,9 @@ TEST_F(DiagnoseTest, ARequestWithAnOddReplyIsNotReportedAsSilent) {
   device().last_reason = "6 values came where 8 channels are configured";
   Looked(device(), Symptom::clean, 32);
   EXPECT_THAT(Say()[0],
-              ::testing::StartsWith("only the request for " + record_.device->points[1].name +
-                                    " fails: its reply "
-                                    "does not fit (6 values came where 8 channels"));
+              ::testing::StartsWith(
+                  "only the request for " + record_.device->points[1].name +
+                  " fails: its reply does not fit the request (6 values came where 8 channels"));
 }
 
 TEST_F(DiagnoseTest, ADeviceThatAnswersOnlyProbesIsReported) {
@@ -242,8 +240,8 @@ TEST_F(DiagnoseTest, ADeviceThatBeginsToRefuseIsNotAskedForItsProfile) {
          .remedy = "check whether the profile fits the module"});
   Looked(device(), Symptom::clean, 4);
   EXPECT_EQ(Say()[0],
-            "it says 'the module answers '?01' to #' to 3 of 32 requests. It has answered before: "
-            "check whether the device or its settings were changed, or restart it");
+            "it answers 'the module answers '?01' to #' to 3 of 32 requests. It has answered "
+            "before: check whether the device or its settings were changed, or restart it");
   device().outcomes[static_cast<std::size_t>(Outcome::ok)] = 0;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("Check whether the profile fits the module"));
 }
@@ -272,8 +270,9 @@ TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesIsBlamedOnTheConverter) {
   config_.lines[0].port = server;
   Looked(device(), Symptom::clean, 16);
   Looked(device(), Symptom::noise_behind, 16);
-  EXPECT_THAT(Say()[0], ::testing::EndsWith("Look for noise behind the serial server, and switch "
-                                            "off packets of its own (heartbeat)"));
+  EXPECT_THAT(Say()[0],
+              ::testing::EndsWith(
+                  "Look for noise behind the serial server, and switch off its heartbeat packets"));
   Looked(device(), Symptom::noise_behind, 32);
   EXPECT_THAT(Say()[0],
               ::testing::EndsWith("The modem, radio or serial server adds them: set it to raw"));
@@ -374,7 +373,7 @@ TEST(Reason, IsShortened) {
       {"no number in 'OL'", "no number in 'OL'"},
       {"reply '!01+01.500+02.500+03.500C4\\r' has another form",
        "reply '!01+01.500+0...' has another form"},
-      {"it says 'J\\x00\\x00\\x00\\n8.0.36'", "it says 'J\\x00\\x00...'"},
+      {"it answers 'J\\x00\\x00\\x00\\n8.0.36'", "it answers 'J\\x00\\x00...'"},
   };
   for (const auto& row : rows) EXPECT_EQ(Shortened(row.reason), row.text);
 }

@@ -245,9 +245,10 @@ TEST_F(HypothesesTest, OccasionalMisfitsAreReportedAsDamageOnceValuesWereRead) {
   EXPECT_EQ(SayOf(row), said) << "no value was ever read";
   row.queries = {{.points = 1}};
   record_.points[0].value = 2.5;
-  EXPECT_EQ(SayOf(row),
-            "some replies are damaged ('+02.51') by noise or by a converter that loses characters. "
-            "Check termination and ground, and switch its checksum on");
+  EXPECT_EQ(
+      SayOf(row),
+      "some replies are damaged ('+02.51') by noise or by a converter that loses characters. Check "
+      "termination and ground, and switch a checksum on at the device and in the configuration");
   row.seen.push_back({other_device, 3, {.cause = "module 17 answers where 01 was asked"}});
   EXPECT_THAT(SayOf(row), ::testing::StartsWith("some replies are damaged ('+02.51') by"))
       << "an address that lacks a character";
@@ -326,7 +327,7 @@ TEST_F(HypothesesTest, SettingsNameTheCheckValue) {
   EXPECT_EQ(Settings(record_), "bit rate, parity and protocol (9600 7E1, spabus)");
   config_.lines[0].devices[1].options.Set("checksum", true);
   const std::string settings =
-      "bit rate, parity, checksum and protocol (9600 7E1, checksum on here, spabus)";
+      "bit rate, parity, checksum and protocol (9600 7E1, checksum: on, spabus)";
   EXPECT_EQ(Settings(record_), settings);
   for (const unsigned state : {0U, 0U + status::kNeighbour}) {
     EXPECT_THAT(SayOf({{{silence, 20}}, {}, state}), ::testing::HasSubstr(settings));

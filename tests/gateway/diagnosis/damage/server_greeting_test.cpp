@@ -158,10 +158,10 @@ TEST(OtherBitRate, HalfAndTwiceTheBitRateAreDetected) {
                            ":010304006400C8CB\r\n", "$GPGGA,123519,4807.038,N\r\n"}) {
     const auto slow = OtherBitRate(Received(text, 2), false);
     ASSERT_TRUE(slow) << text;
-    EXPECT_EQ(slow->cause, "its characters come at half the bit rate that is set here");
+    EXPECT_EQ(slow->cause, "its characters come at half the configured bit rate");
     const auto fast = OtherBitRate(Received(text, 0.5), true);
     ASSERT_TRUE(fast) << text;
-    EXPECT_EQ(fast->cause, "its characters come at twice the bit rate that is set here");
+    EXPECT_EQ(fast->cause, "its characters come at twice the configured bit rate");
     EXPECT_THAT(fast->remedy, ::testing::HasSubstr("serial server"));
     EXPECT_FALSE(OtherBitRate(ToBytes(text), false)) << text;
   }

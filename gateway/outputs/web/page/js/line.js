@@ -79,7 +79,7 @@ export function line(root, name) {
   const use = new WireUse();
   const useTable = new DataTable({columns: useColumns, key: (r) => r.name, caption: 'Use of the wire'});
   const usePart = section('Use of the wire', useTable.element);
-  const minute = new DataTable({columns: minuteColumns, key: (r) => r.name, caption: 'Use of the last minute'});
+  const minute = new DataTable({columns: minuteColumns, key: (r) => r.name, caption: 'Use of the wire in the last minute'});
   const devices = new DataTable({columns: deviceColumns, key: (d) => d.name, caption: `Devices of ${name}`,
     empty: 'This line has no devices: only routes use it.', rowClass: (d) => `rank-${deviceTrouble(d).shape}`});
   const trace = new DataTable({columns: exchangeColumns(true), key: (e) => e.key, caption: `Exchanges of ${name}`,
@@ -88,7 +88,7 @@ export function line(root, name) {
   root.append(crumbs(['Overview', '#/overview']), headline.element, about, problem.element, advice.element,
       h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({line: name})}, 'Events of this line')), figures.element,
       section('Devices', devices.element), h('div', {class: 'side-by-side'}, usePart,
-          section('Use of the last minute', minute.element), section('Round trips', chart.element)),
+          section('Use of the wire in the last minute', minute.element), section('Round trips', chart.element)),
       section('Trace', live.element, trace.element));
   get('recorded', {line: name}).then(({records}) => live.begin(exchangesOf(records)), () => {});
   const end = watchStatus(name, (status) => {

@@ -43,7 +43,7 @@ async function show(moved) {
   }
   document.title = `${views[view]?.[0] || thing || 'baudgate'} – ${session.gateway || 'baudgate'}`;
   if (!Object.hasOwn(views, view)) {
-    main.append(h('h1', {tabindex: '-1'}, 'There is no such view'), h('p', {}, h('a', {href: '#/overview'}, 'Overview')));
+    main.append(h('h1', {tabindex: '-1'}, 'This page has no such view: use a link of the menu'), h('p', {}, h('a', {href: '#/overview'}, 'Overview')));
   } else {
     const module = await views[view][1]().catch(() => null);
     if (mine !== shown) return;

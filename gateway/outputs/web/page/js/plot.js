@@ -18,7 +18,7 @@ export function loadCharts() {
       resolve();
     }, onerror: () => {
       loading = null;
-      reject(new Error('The chart library cannot be loaded.'));
+      reject(new Error('The chart library cannot be loaded: reload the page.'));
     }}));
   });
   return loading;

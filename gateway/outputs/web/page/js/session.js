@@ -17,7 +17,7 @@ export function showLogin(main, done) {
   const problem = h('p', {class: 'problem', role: 'alert', hidden: true});
   const token = h('input', {id: 'token', type: 'password', autocomplete: 'current-password', required: true});
   const form = h('form', {class: 'login'}, h('h1', {}, 'Log in'),
-      h('label', {for: 'token'}, 'Token of this gateway'), token, h('button', {type: 'submit'}, 'Log in'), problem);
+      h('label', {for: 'token'}, 'Token of this gateway (in the file that web.token names)'), token, h('button', {type: 'submit'}, 'Log in'), problem);
   form.addEventListener('submit', async (event) => {
     event.preventDefault();
     try {

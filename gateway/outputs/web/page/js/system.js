@@ -48,7 +48,7 @@ function keptFacts(status) {
   const state = (part) => (part ? `${part.state}${part.trouble ? `: ${part.trouble}` : ''}` : 'off');
   return [
     ['Events', events ? `${state(events)}; numbers ${count(events.oldest)} to ${count(events.newest)}, `
-      + `${count(events.left_out)} left out` : 'off'],
+      + `${count(events.left_out)} events left out` : 'off'],
     ['Event file', events ? events.file : '–'],
     ['History', history ? `${state(history)}; ${count(history.points)} points, ${bytes(history.bytes)} of `
       + `${bytes(history.limit)}, ${count(history.dropped)} dropped` : 'off'],
@@ -65,7 +65,7 @@ function ddsFacts(dds) {
     ['Domain', dds.domain],
     ['Subscribers', count(dds.subscribers)],
     ['Samples', `${count(dds.samples)} published, ${count(dds.refused)} refused`],
-    ['Last message', dds.heard_ms === null ? 'never' : `${ageText(dds.heard_ms)} before this status`],
+    ['Last message', dds.heard_ms === null ? 'never' : `${ageText(dds.heard_ms)} before this page asked`],
     ['Process lost', `${count(dds.times_lost)} times${dds.last_end ? `, last: ${dds.last_end}` : ''}`],
     ['Events', dds.events ? dds.events.text : '–'],
     ['Datagrams', dds.datagrams.text],

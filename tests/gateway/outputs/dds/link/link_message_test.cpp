@@ -299,8 +299,8 @@ TEST(LinkMessage, AMalformedMessageIsNamedInTheError) {
            Wrong{"00 07 00 00", "unknown kind 0"},
            Wrong{"09 07 00 00", "unknown kind 9"},
            Wrong{"45 07 00 00", "unknown kind 69"},
-           Wrong{"05 07 01 00", "0 bytes that says it has 1"},
-           Wrong{"05 07 00 01 00", "1 bytes that says it has 256"},
+           Wrong{"05 07 01 00", "0 bytes whose length field is 1"},
+           Wrong{"05 07 00 01 00", "1 bytes whose length field is 256"},
        }) {
     const auto message = ParseLink(*ParseHex(wrong.bytes));
     ASSERT_FALSE(message.ok()) << wrong.bytes;

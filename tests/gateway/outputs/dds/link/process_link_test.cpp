@@ -161,7 +161,7 @@ TEST_F(ProcessLinkAtASocket, AMalformedMessageEndsTheLinkAndANewProcessMayConnec
       {EncodeBare(LinkKind::end), "sent a message that it must not send"},
       {{0x42, kLinkVersion, 1, 0, 0}, "sent damaged counts"},
       {*ParseHex("40 01 00 00"), "sent a message of version 1"},
-      {EncodeRequest({}), "sent a write request, and writing is denied"},
+      {EncodeRequest({}), "sent a write request, although writing is not permitted"},
       {EncodeFailed("dds: interface 192.0.2.1 is not ours"), "did not start: dds: interface"},
   };
   for (const auto& wrong : kWrong) {

@@ -138,7 +138,8 @@ TEST(DdsJson, IsShownAsASentenceWhileTheLinkIsDown) {
   silent.heard = status::kNow.instant - 5s;
   EXPECT_THAT(Shown(silent), HasSubstr("\nDDS: the process has been opening DDS for 5.0 s; "));
   silent.opened = true;
-  EXPECT_THAT(Shown(silent), HasSubstr("\nDDS: the process has not read for 5.0 s\n"));
+  EXPECT_THAT(Shown(silent),
+              HasSubstr("\nDDS: the process has read no samples of the gateway for 5.0 s\n"));
   LinkState awaited;
   EXPECT_THAT(Shown(awaited), HasSubstr("\nDDS: the process has not connected yet\n"));
 }

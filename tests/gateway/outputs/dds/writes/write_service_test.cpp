@@ -153,7 +153,9 @@ TEST_F(WriteServiceTest, AnExpiredRequestIsDeniedAndRecorded) {
 }
 
 TEST_F(WriteServiceTest, AForbiddenWriteIsDeniedAndRecorded) {
-  EXPECT_THAT(Take(Ask(1, "off", 1)).reason, HasSubstr("is not in the device's 'write'"));
+  EXPECT_THAT(
+      Take(Ask(1, "off", 1)).reason,
+      HasSubstr("may not be written: add it to 'write' of the device in the configuration"));
   EXPECT_THAT(Take(Ask(2, "setting", 41)).reason, HasSubstr("41 is above"));
   const ReplySample trip = Take(Ask(3, "trip", 1));
   EXPECT_EQ(trip.outcome, "denied");

@@ -291,7 +291,7 @@ TEST_F(ServiceTest, AReplyAfterTheDeadlineCountsAsNoReply) {
     EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 14 83 0B"));
   }
   EXPECT_EQ(Traffic().routes[0].no_reply, 2U);
-  EXPECT_EQ(Traffic().routes[0].last_trouble, "its reply came after the deadline");
+  EXPECT_EQ(Traffic().routes[0].last_trouble, "the reply came after the deadline of the request");
 }
 
 TEST_F(ServiceTest, AnAbandonedRequestIsNotAnswered) {

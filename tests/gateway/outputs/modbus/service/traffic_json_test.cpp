@@ -412,7 +412,8 @@ TEST(DiagnoseMaster, AClosedPortIsReportedWithReasonAndDuration) {
 TEST(DiagnoseMaster, AnEchoIsReportedInEveryState) {
   modbus::MasterStatus master = Open();
   master.echoes = 7;
-  const char* kEcho = "the adapter has echoed 7 of the gateway's own replies: set echo: strip";
+  const char* kEcho =
+      "the adapter has echoed 7 of the gateway's own replies: set 'echo: strip' at the listener";
   EXPECT_THAT(DiagnoseMaster(master, kToday), ElementsAre(kEcho));
   master.last_frame = kToday - 2min;
   EXPECT_THAT(DiagnoseMaster(master, kToday),
@@ -466,7 +467,7 @@ TEST(DiagnoseRoute, FailuresAndLateRepliesAreReported) {
       DiagnoseRoute(route, kToday),
       ElementsAre(
           failed +
-              "clients send requests faster than the line can: let the clients poll less often",
+              "clients send more requests than the line can carry: let the clients poll less often",
           late));
   route.busy = 0;
   route.expired = 3;

@@ -35,7 +35,7 @@ TEST_F(WriteRules, ADeniedWriteIsRecorded) {
   ASSERT_THAT(sink_.denied, SizeIs(2));
   EXPECT_EQ(sink_.denied[1].client, "10.0.0.7:40112");
   EXPECT_EQ(sink_.denied[1].value, Value(std::int64_t{7}));
-  EXPECT_EQ(sink_.denied[1].reason, "the listener does not permit it");
+  EXPECT_EQ(sink_.denied[1].reason, "the listener does not permit this request (permit)");
 }
 
 TEST_F(WriteRules, AWriteBeyondTheClientLimitIsRecorded) {
@@ -49,7 +49,8 @@ TEST_F(WriteRules, AWriteBeyondTheClientLimitIsRecorded) {
   EXPECT_EQ(sink_.denied[0].end, WriteEnd::busy);
   EXPECT_EQ(sink_.denied[0].client, "10.0.0.7:40112");
   EXPECT_EQ(sink_.denied[0].value, Value(std::int64_t{7}));
-  EXPECT_EQ(sink_.denied[0].reason, "this client has 32 unanswered requests already");
+  EXPECT_EQ(sink_.denied[0].reason,
+            "the request was not sent, because this client has 32 unanswered requests already");
 }
 
 TEST_F(WriteRules, AValueBeyondItsLimitsIsAnIllegalValue) {

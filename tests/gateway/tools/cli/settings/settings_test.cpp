@@ -407,8 +407,9 @@ TEST_F(SettingsTest, ADenialOfTheGatewayIsReportedWithItsReason) {
   const WriteReport report = writer.Write("bay-9.feeder-1.main_current", "1");
   EXPECT_FALSE(report.done());
   EXPECT_FALSE(report.reason.empty());
-  EXPECT_THAT(writer.WhyNot("bay-1.feeder-1.main_current", "1").value_or(""),
-              HasSubstr("is not in the device's 'write'"));
+  EXPECT_THAT(
+      writer.WhyNot("bay-1.feeder-1.main_current", "1").value_or(""),
+      HasSubstr("may not be written: add it to 'write' of the device in the configuration"));
   EXPECT_THAT(writer.WhyNot("bay-1.feeder-1.active_current", "1").value_or(""),
               HasSubstr("can only be read"));
   EXPECT_THAT(lines_.calls(), IsEmpty());
