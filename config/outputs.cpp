@@ -170,6 +170,36 @@ void ReadTokenFile(const YamlNode& node, Web& web, Problems& problems) {
   map.Finish();
 }
 
+/// Reads `certificate`, `key` and `client_ca`, the files of TLS.
+void ReadWebTls(MapReader& map, Web& web) {
+  constexpr const char* kExample = "/etc/baudgate/web/gateway.pem";
+  if (!map.Has("certificate")) {
+    for (const std::string key : {"key", "client_ca"}) {
+      map.Refuse(key, key + ": has no effect without certificate; add certificate: " + kExample);
+    }
+    return;
+  }
+  web.certificate = ReadAbsolutePath(map, "certificate", kExample);
+  web.certificate_mark = map.MarkOf("certificate");
+  map.Need("key", "/etc/baudgate/web/gateway.key");
+  web.key = ReadAbsolutePath(map, "key", "/etc/baudgate/web/gateway.key");
+  web.client_ca = ReadAbsolutePath(map, "client_ca", "/etc/baudgate/web/ca.pem");
+}
+
+/// Reads the key `users`:
+///
+///   users: { file: /etc/baudgate/users }
+Users ReadUsers(const YamlNode& node, Problems& problems) {
+  Users users;
+  MapReader map(node, "users", problems);
+  if (node.kind() != YamlNode::Kind::map) return users;
+  map.Need("file", "/etc/baudgate/users");
+  users.file = ReadAbsolutePath(map, "file", "/etc/baudgate/users");
+  users.mark = map.MarkOf("file");
+  map.Finish();
+  return users;
+}
+
 /// Reads the key `web`: the page for browsers, JSON for programs, metrics for Prometheus. A server
 /// that listens beyond loopback without a token is an error.
 ///
@@ -180,7 +210,9 @@ void ReadTokenFile(const YamlNode& node, Web& web, Problems& problems) {
 ///     token: { file: /etc/baudgate/web.token }
 ///     acknowledge: allow
 ///     proxies: [10.0.0.5]
-Web ReadWeb(const YamlNode& node, Problems& problems) {
+///     certificate: /etc/baudgate/web/gateway.pem
+///     key: /etc/baudgate/web/gateway.key
+Web ReadWeb(const YamlNode& node, bool has_users, Problems& problems) {
   Web web;
   web.on = true;
   MapReader map(node, "web", problems);
@@ -194,12 +226,13 @@ Web ReadWeb(const YamlNode& node, Problems& problems) {
   const auto token = map.Get("token");
   if (token) ReadTokenFile(*token, web, problems);
   map.Read<&Web::acknowledge>(web);
+  ReadWebTls(map, web);
   map.Finish();
-  if (!token && !web.on_loopback()) {
+  if (!token && !has_users && !web.on_loopback()) {
     problems.Error(map.MarkOf("listen"),
                    "listen: " + web.Address() +
                        " can be reached from other machines without a login; add token: { file: "
-                       "/etc/baudgate/web.token }, or listen on 127.0.0.1");
+                       "/etc/baudgate/web.token } or the section users, or listen on 127.0.0.1");
   }
   return web;
 }
@@ -331,7 +364,10 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
 
 void ReadOutputs(MapReader& map, Config& config, LoadContext& context) {
   if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, context);
-  if (const auto node = map.Get("web")) config.web = ReadWeb(*node, context.problems);
+  if (const auto node = map.Get("users")) config.users = ReadUsers(*node, context.problems);
+  if (const auto node = map.Get("web")) {
+    config.web = ReadWeb(*node, !config.users.file.empty(), context.problems);
+  }
 }
 
 }  // namespace baudgate::config

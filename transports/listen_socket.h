@@ -48,6 +48,8 @@ class ListenSocket {
   /// the system allows it. The error names the fault and the remedy; `key` is the configuration key
   /// of the address, such as "web.listen".
   static Result<ListenSocket> Open(const asio::ip::tcp::endpoint& at, std::string_view key);
+  /// Takes over a descriptor that listens already.
+  static ListenSocket Of(int descriptor) { return ListenSocket(descriptor); }
   bool is_open() const { return descriptor_ >= 0; }
   /// Returns the port number, even if `at` had port 0 and the system has chosen the number.
   std::uint16_t port() const;

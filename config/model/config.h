@@ -103,6 +103,7 @@ struct Config {
   Modbus modbus;
   Dds dds;
   Web web;
+  Users users;
   std::vector<Line> lines;
 };
 
@@ -130,6 +131,7 @@ void VisitFields(const Config*, Visit visit) {
   visit(Field<&Config::modbus>{.help = "ports for Modbus masters, and routes to slaves"});
   visit(Field<&Config::dds>{.help = "DDS, with the package baudgate-dds"});
   visit(Field<&Config::web>{.help = "web page, JSON and metrics; without the key they are off"});
+  visit(Field<&Config::users>{.help = "users, roles and tokens for the page and the commands"});
   visit(Field<&Config::lines>{.help = "a list of lines; may be empty",
                               .fallback = "required, unless a route leads to a server"});
 }

@@ -233,6 +233,21 @@ inline DdsSecurity SecurityIn(const std::string& directory) {
   return security;
 }
 
+// Users contains the place of the users file (gateway/outputs/users/user_file.h).
+struct Users {
+  static constexpr bool kReloads = true;
+
+  std::string file;  ///< empty: the gateway has no users
+  Mark mark;
+};
+
+template <typename Visit>
+void VisitFields(const Users*, Visit visit) {
+  visit(Field<&Users::file>{.help = "file of users, roles and tokens; `baudgate users` makes it",
+                            .fallback = "no users"});
+  visit(Derived<&Users::mark>());
+}
+
 // Web contains the settings of the web page, its JSON and its metrics (gateway/outputs/web).
 struct Web {
   static constexpr bool kReloads = true;
@@ -244,7 +259,11 @@ struct Web {
   std::string token_file;          ///< empty: there is no login
   bool acknowledge = false;        ///< true: clients are allowed to acknowledge alarms
   std::vector<Network> proxies;    ///< proxies whose X-Forwarded-For is trusted
+  std::string certificate;         ///< file; empty: no TLS
+  std::string key;                 ///< file, with `certificate`
+  std::string client_ca;           ///< file; empty: clients need no certificate
   Mark token_mark;
+  Mark certificate_mark;
 
   std::string Address() const;
   bool on_loopback() const { return IsLoopback(ReachOf(listen.host)); }
@@ -265,7 +284,13 @@ void VisitFields(const Web*, Visit visit) {
   visit(Field<&Web::proxies>{
       .help = "addresses of proxies whose X-Forwarded-For and X-Forwarded-Proto are trusted",
       .fallback = "none"});
+  visit(Field<&Web::certificate>{.help = "file: the certificate for TLS (https), with its chain",
+                                 .fallback = "no TLS"});
+  visit(Field<&Web::key>{.help = "file: the key of the certificate, mode 0640 or less"});
+  visit(Field<&Web::client_ca>{.help = "file: only clients with a certificate of it may connect",
+                               .fallback = "every client"});
   visit(Derived<&Web::token_mark>());
+  visit(Derived<&Web::certificate_mark>());
 }
 
 struct Modbus {

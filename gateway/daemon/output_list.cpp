@@ -24,7 +24,7 @@ std::unique_ptr<outputs::Output> MakeControl(const OutputLinks& links) {
 }
 
 std::unique_ptr<outputs::Output> MakeWeb(const OutputLinks& links) {
-  web::LiveApi::Links api{links.store, links.control, links.info};
+  web::LiveApi::Links api{links.store, links.control, links.info, &links.commands};
   api.protocol = [&catalog = links.catalog](const std::string& name) {
     return catalog.FindProtocol(name);
   };

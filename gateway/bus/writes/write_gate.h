@@ -39,6 +39,7 @@
 #include "config/model/config.h"
 #include "config/model/point.h"
 #include "gateway/base/result.h"
+#include "gateway/base/role.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 #include "gateway/bus/points/point_store.h"
@@ -138,6 +139,9 @@ struct Writer {
   /// Points to true when the client has left. Null: this is not known.
   std::shared_ptr<const std::atomic<bool>> left{};
   std::uint64_t host = 0;  ///< number of the client's host (gateway/base/fair_places.h)
+  /// What the client may request of RequestHandler. Empty: everything, because the gateway has no
+  /// users, or the client is root or the gateway's own user.
+  std::optional<Role> role{};
 };
 
 struct WriteAsk {

@@ -2,6 +2,7 @@
 #include "gateway/outputs/control/control_server.h"
 
 #include <fcntl.h>
+#include <limits.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -31,16 +32,40 @@ std::string TraceStream::Take() {
 
 namespace {
 
-std::string UserOf(int socket) {
-  ucred peer{};
-  socklen_t size = sizeof(peer);
-  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return "user:?";
-  return "user:" + NameOfUser(peer.uid);
-}
-
 std::uint64_t NextNumber() {
   static std::atomic<std::uint64_t> last = 0;
   return ++last;
+}
+
+/// Returns the groups of the program at the other end of the socket.
+std::vector<gid_t> GroupsOf(int socket, gid_t first) {
+  std::vector<gid_t> groups(NGROUPS_MAX);
+  auto size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
+  const bool known = ::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) == 0;
+  groups.resize(known ? size / sizeof(gid_t) : 0);
+  groups.push_back(first);
+  return groups;
+}
+
+std::optional<ucred> PeerOf(int socket) {
+  ucred peer{};
+  socklen_t size = sizeof(peer);
+  const int failed = ::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size);
+  return failed == 0 ? std::optional(peer) : std::nullopt;
+}
+
+std::string NameOfPeer(int socket) {
+  const auto peer = PeerOf(socket);
+  return "user:" + (peer ? NameOfUser(peer->uid) : std::string("?"));
+}
+
+/// Returns the role of the program at the other end of the socket, as Writer::role.
+std::optional<Role> RoleOfPeer(int socket, users::UserDirectory& users) {
+  if (!users.is_used()) return std::nullopt;
+  const auto peer = PeerOf(socket);
+  if (!peer) return Role::viewer;
+  if (peer->uid == 0 || peer->uid == ::geteuid()) return std::nullopt;
+  return users.OfSystemUser(NameOfUser(peer->uid), GroupsOf(socket, peer->gid));
 }
 
 }  // namespace
@@ -51,15 +76,16 @@ std::string ControlSession::TooMany(const Limits& limits) {
                        " clients are already connected; end one of them, for example a trace");
 }
 
-ControlSession::ControlSession(Socket socket, RequestHandler& service, const Limits& limits,
-                               bool may_trace, std::function<void(ControlSession&)> closed)
+ControlSession::ControlSession(Socket socket, RequestHandler& service, users::UserDirectory& users,
+                               const Limits& limits, bool may_trace, std::function<void(ControlSession&)> closed)
     : socket_(std::move(socket)),
       patience_(socket_.get_executor()),
       service_(service),
       limits_(limits),
       on_closed_(std::move(closed)),
       left_(std::make_shared<std::atomic<bool>>(false)),
-      client_{UserOf(socket_.native_handle()), NextNumber(), left_},
+      users_(users),
+      client_{NameOfPeer(socket_.native_handle()), NextNumber(), left_},
       in_(limits.request),
       may_trace_(may_trace) {}
 
@@ -146,6 +172,8 @@ void ControlSession::Handle(std::string_view request) {
   BePatient(limits_.patience);
   asked_ = true;
   WatchEnd();
+  // The role can have changed since the last request of this client.
+  client_.role = RoleOfPeer(socket_.native_handle(), users_);
   Reply reply = service_.Answer(request, client_, ReadClocks(), later);
   if (reply.text.empty()) {
     late_ = std::move(reply.late);
@@ -257,6 +285,7 @@ ControlServer::ControlServer(const config::Config& config, const bus::PointStore
       acceptor_(io),
       retry_(io),
       look_(io) {
+  users_.SetFile(config.users.file);
   service_.ReadApart();
 }
 
@@ -347,6 +376,7 @@ void ControlServer::Rebind() {
 
 void ControlServer::Apply(const std::shared_ptr<const config::Config>& config,
                           std::shared_ptr<const history::HistorySource> history) {
+  users_.SetFile(config->users.file);
   service_.Apply(config, std::move(history));
   const auto sessions = sessions_;  // a copy, because OnReload may remove sessions
   for (const auto& [key, session] : sessions) session->OnReload(*config);
@@ -408,7 +438,7 @@ void ControlServer::Welcome(ControlSession::Socket socket) {
   };
   const bool may_trace = sessions_.size() < limits_.clients;
   auto session =
-      std::make_shared<ControlSession>(std::move(socket), service_, limits_, may_trace, closed);
+      std::make_shared<ControlSession>(std::move(socket), service_, users_, limits_, may_trace, closed);
   sessions_.emplace(session.get(), session);
   session->Start();
 }

@@ -21,6 +21,7 @@
 #include "gateway/outputs/control/request.h"
 #include "gateway/outputs/control/request_handler.h"
 #include "gateway/outputs/output.h"
+#include "gateway/outputs/users/user_file.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate::control {
@@ -88,7 +89,8 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   using Socket = asio::local::stream_protocol::socket;
   /// `service` must outlive the open session. `closed` is called once, when the session ends. If
   /// `may_trace` is false, a request for a trace is answered with TooMany().
-  ControlSession(Socket socket, RequestHandler& service, const Limits& limits, bool may_trace,
+  ControlSession(Socket socket, RequestHandler& service, users::UserDirectory& users,
+                 const Limits& limits, bool may_trace,
                  std::function<void(ControlSession&)> closed);
 
   static std::string TooMany(const Limits& limits);
@@ -124,7 +126,8 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   // True after the session has ended. The client's queued writes share it, and are then not
   // started.
   const std::shared_ptr<std::atomic<bool>> left_;
-  const bus::Writer client_;
+  users::UserDirectory& users_;
+  bus::Writer client_;
   RequestLines in_;
   std::string out_;
   bool asked_ = false;  // the client's request has no answer yet
@@ -173,6 +176,7 @@ class ControlServer {
 
   const config::Config& config_;
   Limits limits_;
+  users::UserDirectory users_;
   RequestHandler service_;
   asio::local::stream_protocol::acceptor acceptor_;
   asio::steady_timer retry_;

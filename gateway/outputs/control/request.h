@@ -24,6 +24,7 @@ namespace baudgate::control {
 inline constexpr std::string_view kUsage = "usage";
 inline constexpr std::string_view kUnknown = "unknown";
 inline constexpr std::string_view kUnavailable = "unavailable";
+inline constexpr std::string_view kDenied = "denied";
 inline constexpr std::string_view kNoEvents =
     "this gateway records no events: add 'events: {}' to its configuration for all devices whose "
     "profiles describe events, or 'events: on' at one device";

@@ -370,16 +370,17 @@ bool Wanted(const TraceWish& wish, const records::TraceRecord& record) {
 
 const std::vector<Command>& Commands() {
   using enum Member::Type;
+  using enum Act;
   static const std::vector<Command> commands = {
-      {"status", {{"target"}}, ShowStatus},
-      {"read", {{"target"}}, Read},
-      {"write", {{"target"}, {"value"}, {"confirm", flag}, {"client"}, {"seq", whole}}, Write},
-      {"may_write", {{"target"}, {"value"}}, MayWrite},
-      {"ask", {{"target"}, {"telegram"}, {"write", flag}}, Ask},
-      {"writes", {{"after", whole}, {"since_ms", whole}, {"order"}}, ShowWrites, true},
-      {"events", {{"after", whole}, {"since_ms", whole}, {"target"}}, ShowEvents, true},
-      {"alarms", {{"after", whole}}, ShowAlarms},
-      {"history",
+      {"status", read, {{"target"}}, ShowStatus},
+      {"read", read, {{"target"}}, Read},
+      {"write", operate, {{"target"}, {"value"}, {"confirm", flag}, {"client"}, {"seq", whole}}, Write},
+      {"may_write", read, {{"target"}, {"value"}}, MayWrite},
+      {"ask", configure, {{"target"}, {"telegram"}, {"write", flag}}, Ask},
+      {"writes", audit, {{"after", whole}, {"since_ms", whole}, {"order"}}, ShowWrites, true},
+      {"events", read, {{"after", whole}, {"since_ms", whole}, {"target"}}, ShowEvents, true},
+      {"alarms", read, {{"after", whole}}, ShowAlarms},
+      {"history", read,
        {{"point"},
         {"after", two_wholes},
         {"since_ms", whole},
@@ -387,17 +388,17 @@ const std::vector<Command>& Commands() {
         {"every_ms", whole}},
        ShowHistory,
        true},
-      {"kept_points", {{"pattern"}}, ShowKeptPoints},
-      {"ack", {{"target"}}, Acknowledge},
-      {"settings", {{"target"}}, ShowSettings},
-      {"release", {{"target"}, {"for_ms", whole}, {"tcp"}, {"rfc2217", flag}, {"allow"}}, Release},
-      {"take_back", {{"target"}}, TakeBack},
-      {"enable", {{"target"}}, Enable},
-      {"disable", {{"target"}}, Disable},
-      {"trace", {{"target"}, {"device"}}, Trace},
-      {"recorded", {{"target"}, {"device"}}, ShowRecorded},
-      {"reload", {{"dry_run", flag}, {"confirm_ms", whole}}, Reload},
-      {"confirm", {}, Confirm},
+      {"kept_points", read, {{"pattern"}}, ShowKeptPoints},
+      {"ack", operate, {{"target"}}, Acknowledge},
+      {"settings", read, {{"target"}}, ShowSettings},
+      {"release", operate, {{"target"}, {"for_ms", whole}, {"tcp"}, {"rfc2217", flag}, {"allow"}}, Release},
+      {"take_back", operate, {{"target"}}, TakeBack},
+      {"enable", operate, {{"target"}}, Enable},
+      {"disable", operate, {{"target"}}, Disable},
+      {"trace", read, {{"target"}, {"device"}}, Trace},
+      {"recorded", read, {{"target"}, {"device"}}, ShowRecorded},
+      {"reload", configure, {{"dry_run", flag}, {"confirm_ms", whole}}, Reload},
+      {"confirm", configure, {}, Confirm},
   };
   return commands;
 }
@@ -505,6 +506,14 @@ std::string NoCommand(const std::string& name) {
          " commands: " + Join(names);
 }
 
+std::string DenialText(const bus::Writer& client, const Command& command) {
+  return client.name + " has the role " + std::string(Name(*client.role)) + ", and '" +
+         std::string(command.name) + "' needs the role " +
+         std::string(Name(NeededFor(command.act))) +
+         "; an administrator can change it: baudgate users add NAME --role " +
+         std::string(Name(NeededFor(command.act)));
+}
+
 }  // namespace
 
 RequestHandler::RequestHandler(const config::Config& config, const bus::PointStore& store,
@@ -527,6 +536,9 @@ Reply RequestHandler::Answer(std::string_view request, const bus::Writer& client
   if (command == Commands().end()) return Refused(kUsage, NoCommand(name));
   if (const Status shape = CheckShape(*command, json); !shape) {
     return Refused(kUsage, shape.error());
+  }
+  if (client.role && !May(*client.role, command->act)) {
+    return Refused(kDenied, DenialText(client, *command));
   }
   const auto present = gateway();
   if (command->reads_disk && reader_) {

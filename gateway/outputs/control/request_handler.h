@@ -36,6 +36,7 @@ struct Member {
 
 struct Command {
   std::string_view name;
+  Act act;
   std::vector<Member> members;
   Reply (*answer)(const Gateway& gateway, const Request& request);
   bool reads_disk = false;  ///< the request reads the disk, so its answer can take long
@@ -81,6 +82,7 @@ class RequestHandler {
 
   /// Takes the answer of a request that is answered later, on any thread.
   using Later = std::function<void(std::string text)>;
+  /// A request that the role of `client` does not permit is refused as `denied`.
   Reply Answer(std::string_view request, const bus::Writer& client, Now now, const Later& later);
   void Forget(const bus::Writer& client) { points_.Forget(client); }
   lines::LineControl& control() { return gateway()->control; }

@@ -17,17 +17,13 @@
 #include <filesystem>
 #include <initializer_list>
 
+#include "config/model/network.h"
 #include "gateway/outputs/pki/openssl.h"
 
 namespace baudgate::pki {
 namespace {
 
 constexpr int kSerialBytes = 16;
-
-struct Validity {
-  WallTime from{};
-  WallTime until{};
-};
 
 Error OpenSslError(const std::string& what) {
   std::array<char, 256> text{};
@@ -66,7 +62,7 @@ bool AddExtension(X509* certificate, X509* issuer, int which, const char* value)
 /// Creates a key and a certificate that `issuer` signs. `issuer` null: the certificate is that of
 /// an authority, and self-signed.
 Result<Issued> Make(const std::string& name, const Validity& validity, X509* issuer,
-                    EVP_PKEY* issuer_key) {
+                    EVP_PKEY* issuer_key, const std::string& server_names = {}) {
   const PrivateKey key(EVP_EC_gen("prime256v1"));
   const Certificate certificate(X509_new());
   X509* const raw = certificate.get();
@@ -88,6 +84,9 @@ Result<Issued> Make(const std::string& name, const Validity& validity, X509* iss
                                            : "critical,digitalSignature,keyAgreement") &&
                     AddExtension(raw, issuer, NID_subject_key_identifier, "hash") &&
                     AddExtension(raw, issuer, NID_authority_key_identifier, "keyid:always") &&
+                    (server_names.empty() ||
+                     (AddExtension(raw, issuer, NID_ext_key_usage, "serverAuth") &&
+                      AddExtension(raw, issuer, NID_subject_alt_name, server_names.c_str()))) &&
                     X509_sign(raw, issuer_key, EVP_sha256()) > 0;
   const Bio certificate_text(BIO_new(BIO_s_mem()));
   const Bio key_text(BIO_new(BIO_s_mem()));
@@ -99,21 +98,28 @@ Result<Issued> Make(const std::string& name, const Validity& validity, X509* iss
   return Issued{Written(certificate_text), Written(key_text)};
 }
 
-/// Creates an authority with an EC key on prime256v1, as DDS Security 1.1 (9.3.1) demands. `name`
-/// is its CN.
+Result<Issued> IssueIdentity(const Issued& authority, const std::string& name,
+                             const Validity& validity, const std::string& server_names = {}) {
+  const auto certificates = ParseCertificates(authority.certificate);
+  const PrivateKey key = ParseKey(authority.key, {});
+  if (certificates.empty() || !key) return Error{"certificate or key of the authority is damaged"};
+  return Make(name, validity, certificates.front().get(), key.get(), server_names);
+}
+
+}  // namespace
+
 Result<Issued> MakeAuthority(const std::string& name, const Validity& validity) {
   return Make(name, validity, nullptr, nullptr);
 }
 
-Result<Issued> IssueIdentity(const Issued& authority, const std::string& name,
-                             const Validity& validity) {
-  const auto certificates = ParseCertificates(authority.certificate);
-  const PrivateKey key = ParseKey(authority.key, {});
-  if (certificates.empty() || !key) return Error{"certificate or key of the authority is damaged"};
-  return Make(name, validity, certificates.front().get(), key.get());
+Result<Issued> IssueServer(const Issued& authority, const std::vector<std::string>& names,
+                           const Validity& validity) {
+  std::string list;
+  for (const std::string& name : names) {
+    list += (list.empty() ? "" : ",") + std::string(config::IsIpAddress(name) ? "IP:" : "DNS:") + name;
+  }
+  return IssueIdentity(authority, names.front(), validity, list);
 }
-
-}  // namespace
 
 Result<std::string> SignDocument(const Issued& authority, const std::string& xml) {
   constexpr int kFlags = PKCS7_TEXT | PKCS7_DETACHED | PKCS7_STREAM;

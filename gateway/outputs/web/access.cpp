@@ -2,7 +2,6 @@
 #include "gateway/outputs/web/access.h"
 
 #include <fcntl.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -14,6 +13,7 @@
 
 #include "gateway/base/fair_places.h"
 #include "gateway/base/log.h"
+#include "gateway/base/secrets.h"
 #include "gateway/base/text.h"
 #include "gateway/base/trusted_file.h"
 #include "gateway/outputs/status/status_json.h"
@@ -133,9 +133,10 @@ bool Has(const std::vector<config::Network>& networks, const std::string& addres
       networks, [&](const config::Network& network) { return config::Covers(network, reach); });
 }
 
-/// True if a trusted proxy reports that it has received the request by TLS. Trusted are proxies on
+/// True if the request came by TLS, also if only a trusted proxy reports it. Trusted are proxies on
 /// this machine and those of web.proxies.
 bool CameByTls(const config::Web& web, const Request& request) {
+  if (request.tls) return true;
   const bool proxy = IsLoopbackPeer(request.peer) || Has(web.proxies, request.peer);
   return proxy && Lower(request.Header("x-forwarded-proto").value_or("")) == "https";
 }
@@ -183,38 +184,17 @@ std::optional<Response> Refusal(const config::Web& web, const Request& request) 
   return std::nullopt;
 }
 
-bool MayAcknowledge(const config::Web& web, const Request& request) {
-  if (!web.acknowledge) return false;
+bool IsPrivate(const config::Web& web, const Request& request) {
   const bool forwarded = request.Header("x-forwarded-proto") || request.Header("x-forwarded-for") ||
                          request.Header("forwarded");
   return CameByTls(web, request) || (IsLoopbackPeer(request.peer) && !forwarded);
 }
 
+bool MayAcknowledge(const config::Web& web, const Request& request) {
+  return web.acknowledge && IsPrivate(web, request);
+}
+
 namespace {
-
-/// Returns 128 random bits in hex.
-std::string NewSession() {
-  std::array<std::uint8_t, 16> bytes{};
-  std::size_t have = 0;
-  while (have < bytes.size()) {
-    const ssize_t got = ::getrandom(bytes.data() + have, bytes.size() - have, 0);
-    if (got > 0) have += static_cast<std::size_t>(got);
-  }
-  std::string text;
-  for (const std::uint8_t byte : bytes) text += HexByte(byte);
-  return text;
-}
-
-/// Compares two secrets in a time that does not depend on the position of the first difference.
-bool SameSecret(std::string_view a, std::string_view b) {
-  unsigned different = a.size() == b.size() ? 0 : 1;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const char other = b.empty() ? '\0' : b[i % b.size()];
-    different |=
-        static_cast<unsigned>(static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(other));
-  }
-  return different == 0;
-}
 
 std::optional<std::string> BearerOf(const Request& request) {
   const auto header = request.Header("authorization");
@@ -228,13 +208,15 @@ std::optional<std::string> BearerOf(const Request& request) {
 
 void Logins::SetToken(std::optional<std::string> token) {
   const MutexLock lock(mutex_);
-  if (token_ != token) sessions_.clear();
+  if (token_ != token) {
+    std::erase_if(sessions_, [](const auto& entry) { return entry.second.user.empty(); });
+  }
   token_ = std::move(token);
 }
 
-bool Logins::NeedsToken() const {
+bool Logins::NeedsLogin() const {
   const MutexLock lock(mutex_);
-  return token_.has_value();
+  return token_.has_value() || users_.is_used();
 }
 
 std::optional<std::string> Logins::SessionOf(const Request& request) const {
@@ -249,41 +231,79 @@ std::optional<std::string> Logins::SessionOf(const Request& request) const {
   return std::nullopt;
 }
 
-Logins::Verdict Logins::Judge(const std::string& client, std::string_view shown, Instant now) {
-  if (SameSecret(shown, *token_)) return Verdict::yes;
+bool Logins::MustWait(const std::string& client, Instant now) {
   while (!failures_.empty() && now - failures_.front().at >= kWindow) failures_.pop_front();
   const std::uint64_t host = HostNumberOf(client);
   const auto own = static_cast<std::size_t>(std::ranges::count(failures_, host, &Failure::host));
-  if (own >= kMostFailures || failures_.size() >= kMostGuesses) return Verdict::wait;
-  failures_.push_back({host, now});
+  return own >= kMostFailures || failures_.size() >= kMostGuesses;
+}
+
+Logins::Verdict Logins::NoteFailure(const std::string& client, Instant now) {
+  if (MustWait(client, now)) return Verdict::wait;
+  failures_.push_back({HostNumberOf(client), now});
   return Verdict::no;
 }
 
-Logins::Verdict Logins::Check(const Request& request, Instant now) {
+Logins::Who Logins::ByToken(const std::string& client, std::string_view token, const Now& now) {
+  if (const auto user = users_.ByToken(token, now.wall)) {
+    return {Verdict::yes, user->name, user->role};
+  }
   const MutexLock lock(mutex_);
-  if (!token_) return Verdict::yes;
-  if (const auto bearer = BearerOf(request)) return Judge(request.client(), *bearer, now);
+  if (token_ && SameSecret(token, *token_)) return {Verdict::yes};
+  return {NoteFailure(client, now.instant)};
+}
+
+Logins::Who Logins::Check(const Request& request, const Now& now, bool counts) {
+  if (!NeedsLogin()) return {Verdict::yes};
+  if (const auto bearer = BearerOf(request)) return ByToken(request.client(), *bearer, now);
   const auto session = SessionOf(request);
-  if (!session) return Verdict::no;
-  const auto found = sessions_.find(*session);
-  return found != sessions_.end() && now < found->second ? Verdict::yes : Verdict::no;
+  if (!session) return {};
+  Who who;
+  {
+    const MutexLock lock(mutex_);
+    const auto found = sessions_.find(*session);
+    if (found == sessions_.end() || found->second.IsOver(now.instant)) return {};
+    if (counts) found->second.last = now;
+    who = {Verdict::yes, found->second.user};
+  }
+  if (who.user.empty()) return who;
+  who.role = users_.RoleOf(who.user);
+  return who.role ? who : Who();  // the user was removed
+}
+
+Logins::Opened Logins::Begin(const Request& request, const std::string& user, bool secure,
+                             const Now& now) {
+  constexpr std::size_t kRandomBytes = 16;
+  std::erase_if(sessions_, [&](const auto& entry) { return entry.second.IsOver(now.instant); });
+  if (sessions_.size() >= kMostSessions) {
+    sessions_.erase(std::ranges::min_element(
+        sessions_, {}, [](const auto& entry) { return entry.second.last.instant; }));
+  }
+  const std::string session = RandomHex(kRandomBytes);
+  sessions_[session] = {user, request.client(), now, now};
+  return {Verdict::yes, cookie_ + "=" + session + "; HttpOnly; SameSite=Strict; Max-Age=" +
+                            std::to_string(kSession / 1s) + (secure ? "; Secure" : "")};
 }
 
 Logins::Opened Logins::Open(const Request& request, std::string_view token, bool secure,
-                            Instant now) {
+                            const Now& now) {
+  if (!NeedsLogin()) return {Verdict::yes, {}};
+  const Who who = ByToken(request.client(), token, now);
+  if (who.verdict != Verdict::yes) return {who.verdict, {}};
   const MutexLock lock(mutex_);
-  if (!token_) return {Verdict::yes, {}};
-  const Verdict verdict = Judge(request.client(), token, now);
-  if (verdict != Verdict::yes) return {verdict, {}};
-  std::erase_if(sessions_, [now](const auto& entry) { return now >= entry.second; });
-  if (sessions_.size() >= kMostSessions) {
-    sessions_.erase(
-        std::ranges::min_element(sessions_, {}, [](const auto& entry) { return entry.second; }));
+  return Begin(request, who.user, secure, now);
+}
+
+Logins::Opened Logins::OpenOf(const Request& request, const std::string& user,
+                              const std::string& password, bool secure, const Now& now) {
+  {
+    const MutexLock lock(mutex_);
+    if (MustWait(request.client(), now.instant)) return {Verdict::wait, {}};
   }
-  const std::string session = NewSession();
-  sessions_[session] = now + kSession;
-  return {Verdict::yes, cookie_ + "=" + session + "; HttpOnly; SameSite=Strict; Max-Age=" +
-                            std::to_string(kSession / 1s) + (secure ? "; Secure" : "")};
+  const auto known = users_.ByPassword(user, password);
+  const MutexLock lock(mutex_);
+  if (!known) return {NoteFailure(request.client(), now.instant), {}};
+  return Begin(request, known->name, secure, now);
 }
 
 std::string Logins::Close(const Request& request) {
@@ -294,14 +314,39 @@ std::string Logins::Close(const Request& request) {
 
 namespace {
 
+std::string IdOf(const std::string& session) { return Sha256Hex(session).substr(0, 16); }
+
+}  // namespace
+
+std::vector<Logins::Shown> Logins::Sessions(const Now& now) {
+  const MutexLock lock(mutex_);
+  std::vector<Shown> shown;
+  for (const auto& [number, session] : sessions_) {
+    if (session.IsOver(now.instant)) continue;
+    shown.push_back(
+        {IdOf(number), session.user, session.from, session.since.wall, session.last.wall});
+  }
+  return shown;
+}
+
+bool Logins::End(const std::string& id) {
+  const MutexLock lock(mutex_);
+  return std::erase_if(sessions_, [&](const auto& entry) { return IdOf(entry.first) == id; }) > 0;
+}
+
+namespace {
+
 using status::Json;
 
 constexpr std::string_view kLogin = "/login";
 constexpr std::string_view kLogout = "/logout";
 constexpr std::string_view kSession = "/api/v1/session";
+constexpr std::string_view kSessions = "/api/v1/sessions";
+constexpr std::string_view kEndSession = "/api/v1/sessions/end";
 
 bool IsPost(std::string_view path) {
-  return path == kLogin || path == kLogout || path == Access::kAcknowledge;
+  return path == kLogin || path == kLogout || path == Access::kAcknowledge ||
+         path == Access::kWrite || path == kEndSession;
 }
 
 /// Decodes a value of an HTML form, e.g. "a%20b+c".
@@ -326,17 +371,25 @@ std::string Unescaped(std::string_view text) {
   return plain;
 }
 
-/// Returns the token in the request's body, which is a form or JSON; empty: there is no token.
-std::string TokenOf(const Request& request) {
+/// Returns a field of the request's body, which is a form or JSON; empty: there is no such field.
+std::string FieldOf(const Request& request, const std::string& name) {
   const Json json = Json::parse(request.body, nullptr, false);
   if (json.is_object()) {
-    const auto found = json.find("token");
+    const auto found = json.find(name);
     return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
   }
   for (const std::string_view part : Split(request.body, '&')) {
-    if (part.starts_with("token=")) return Unescaped(Trim(part.substr(6)));
+    if (part.starts_with(name + "=")) return Unescaped(Trim(part.substr(name.size() + 1)));
   }
   return {};
+}
+
+Response NeedsRole(const Request& request, Act act) {
+  const std::string who = request.user.empty() ? "this client" : request.user;
+  const std::string has = request.role ? " has the role " + std::string(Name(*request.role))
+                                       : " is not logged in as a user";
+  return Problem(403, who + has + "; " + request.path + " needs the role " +
+                          std::string(Name(NeededFor(act))));
 }
 
 Response Empty(int status) {
@@ -346,7 +399,7 @@ Response Empty(int status) {
 }
 
 Response WaitAMinute() {
-  Response response = Problem(429, "too many wrong tokens; wait a minute");
+  Response response = Problem(429, "too many wrong tokens or passwords; wait a minute");
   response.headers.emplace_back("Retry-After", "60");
   return response;
 }
@@ -360,6 +413,7 @@ std::shared_ptr<const config::Web> Access::web() const {
 
 void Access::Set(const config::Config& config, std::optional<std::string> token) {
   logins_.SetToken(std::move(token));
+  logins_.users().SetFile(config.users.file);
   const MutexLock lock(mutex_);
   web_ = std::make_shared<const config::Web>(config.web);
   gateway_ = config.name;
@@ -370,7 +424,7 @@ void Access::SetHistory(bool kept) {
   history_ = kept;
 }
 
-std::optional<Response> Access::Refuse(const Request& request, Instant now) {
+std::optional<Response> Access::Refuse(const Request& request, const Now& now) {
   if (auto refused = Refusal(*web(), request)) return refused;
   const std::string_view method = IsPost(request.path) ? "POST" : "GET";
   if (request.method != method) {
@@ -384,11 +438,11 @@ std::optional<Response> Access::Refuse(const Request& request, Instant now) {
 
 /// Returns an error if the request needs a login that it does not have. The files of the page need
 /// no login, because they contain no data and are needed for the login.
-std::optional<Response> Access::NeedsLogin(const Request& request, Instant now) {
+std::optional<Response> Access::NeedsLogin(const Request& request, const Now& now) {
   const bool open =
       !request.path.starts_with("/api/") && request.path != "/metrics" && request.path != kLogout;
   if (open || request.path == kSession) return std::nullopt;
-  switch (logins_.Check(request, now)) {
+  switch (logins_.Check(request, now).verdict) {
     case Logins::Verdict::yes:
       return std::nullopt;
     case Logins::Verdict::wait:
@@ -396,51 +450,118 @@ std::optional<Response> Access::NeedsLogin(const Request& request, Instant now) 
     case Logins::Verdict::no:
       break;
   }
-  Response response = Problem(401, "log in with the token of this gateway");
+  Response response = Problem(401, "log in as a user or with the token of this gateway");
   response.headers.emplace_back("WWW-Authenticate", "Bearer");
   return response;
 }
 
-std::optional<Response> Access::Answer(const Request& request, Instant now) {
+void Access::WhoAsks(Request& request, const Now& now) {
+  Logins::Who who = logins_.Check(request, now, false);
+  request.user = std::move(who.user);
+  request.role = who.role;
+}
+
+bool Access::IsSlow(const Request& request) {
+  return request.path == kLogin && !FieldOf(request, "user").empty();
+}
+
+std::optional<Response> Access::Answer(const Request& request, const Now& now) {
   if (request.path == kSession) return Session(request, now);
+  if (request.path == kSessions) return Sessions(request, now);
+  if (request.path == kEndSession) return EndSession(request);
   if (request.path == kLogin) return Login(request, now);
   if (request.path == kLogout) return Logout(request);
   if (request.path == kAcknowledge) return MayNotAcknowledge(request);
+  if (request.path == kWrite) return MayNotWrite(request);
   return std::nullopt;
+}
+
+Response Access::Sessions(const Request& request, const Now& now) {
+  const bool may = request.role && (May(*request.role, Act::audit) ||
+                                    May(*request.role, Act::configure));
+  if (!may) return NeedsRole(request, Act::audit);
+  Json sessions = Json::array();
+  for (const Logins::Shown& one : logins_.Sessions(now)) {
+    const auto role = logins_.users().RoleOf(one.user);
+    sessions.push_back({{"id", one.id},
+                        {"user", one.user},
+                        {"role", role ? Name(*role) : ""},
+                        {"from", one.from},
+                        {"since", FormatWallTime(one.since)},
+                        {"last", FormatWallTime(one.last)}});
+  }
+  return TextResponse(200, kJson, Json{{"sessions", sessions}}.dump());
+}
+
+Response Access::EndSession(const Request& request) {
+  if (!request.role || !May(*request.role, Act::configure)) {
+    return NeedsRole(request, Act::configure);
+  }
+  const std::string id = FieldOf(request, "id");
+  if (!logins_.End(id)) return Problem(404, "there is no session with the id " + Quoted(id));
+  log::Info("web: {} has ended session {}", request.Origin(), id);
+  return Empty(204);
 }
 
 std::optional<Response> Access::MayNotAcknowledge(const Request& request) const {
   const auto its = web();
-  if (web::MayAcknowledge(*its, request)) return std::nullopt;
+  if (request.role) {
+    if (!May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
+    if (IsPrivate(*its, request)) return std::nullopt;
+  } else if (web::MayAcknowledge(*its, request)) {
+    return std::nullopt;
+  }
   return Problem(
       403,
-      its->acknowledge
-          ? "alarms can be acknowledged only from the gateway's machine, or over TLS through a "
-            "proxy in web.proxies"
+      its->acknowledge || request.role
+          ? "alarms can be acknowledged only over TLS (web.certificate, or a proxy in web.proxies), "
+            "or from the gateway's machine"
           : "alarms cannot be acknowledged on this page; see web.acknowledge in the configuration");
 }
 
-Response Access::Session(const Request& request, Instant now) {
-  const bool in = logins_.Check(request, now) == Logins::Verdict::yes;
-  Json json = {{"needs_token", logins_.NeedsToken()},
+std::optional<Response> Access::MayNotWrite(const Request& request) const {
+  if (!request.role || !May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
+  if (IsPrivate(*web(), request)) return std::nullopt;
+  return Problem(403,
+                 "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
+                 "or from the gateway's machine");
+}
+
+Response Access::Session(const Request& request, const Now& now) {
+  const Logins::Who who = logins_.Check(request, now, false);
+  const bool in = who.verdict == Logins::Verdict::yes;
+  Request asked = request;
+  asked.user = who.user;
+  asked.role = who.role;
+  Json json = {{"needs_token", logins_.NeedsLogin()},
+               {"users", logins_.users().is_used()},
                {"logged_in", in},
-               {"acknowledge", MayAcknowledge(*web(), request)}};
+               {"user", who.user},
+               {"role", who.role ? Name(*who.role) : ""},
+               {"acknowledge", !MayNotAcknowledge(asked)},
+               {"write", !MayNotWrite(asked)}};
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
-  json["version"] = in ? version_ : "";  // hidden from clients that are not logged in
+  json["version"] = in ? version_ : "";  // clients that are not logged in do not need the version
   json["history"] = history_;
   json["events"] = events;
   return TextResponse(200, kJson, json.dump());
 }
 
-Response Access::Login(const Request& request, Instant now) {
-  const auto opened = logins_.Open(request, TokenOf(request), CameByTls(*web(), request), now);
+Response Access::Login(const Request& request, const Now& now) {
+  const bool secure = CameByTls(*web(), request);
+  const std::string user = FieldOf(request, "user");
+  const auto opened =
+      user.empty() ? logins_.Open(request, FieldOf(request, "token"), secure, now)
+                   : logins_.OpenOf(request, user, FieldOf(request, "password"), secure, now);
   if (opened.verdict == Logins::Verdict::wait) return WaitAMinute();
   if (opened.verdict == Logins::Verdict::no) {
-    log::WarnFolded("web: wrong token from " + HostOf(request.client()),
-                    "web: a wrong token from {}", request.client());
-    return Problem(401, "wrong token; enter the token of this gateway");
+    const char* const what = user.empty() ? "token" : "password";
+    log::WarnFolded("web: wrong login from " + HostOf(request.client()), "web: a wrong {} from {}",
+                    what, request.client());
+    return user.empty() ? Problem(401, "wrong token; enter the token of this gateway")
+                        : Problem(401, "wrong user or password");
   }
   Response response = Empty(204);
   if (!opened.cookie.empty()) response.headers.emplace_back("Set-Cookie", opened.cookie);

@@ -11,12 +11,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/model/config.h"
 #include "config/model/outputs.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
+#include "gateway/outputs/users/user_file.h"
 #include "gateway/outputs/web/request.h"
 #include "gateway/records/events/event_source.h"
 
@@ -41,18 +43,24 @@ std::string ForwardedFor(const config::Web& web, const Request& request);
 /// True if web.allow contains the address or is empty.
 bool IsAllowed(const config::Web& web, const std::string& peer);
 
-/// True if this request may acknowledge alarms: web.acknowledge is on, and nobody can listen to the
-/// connection. This is the case for connections from this machine, and for TLS up to a proxy that
-/// runs on this machine or is listed in web.proxies.
+/// True if nobody in the network can read the request: it came from this machine, or by TLS through
+/// a proxy that runs on this machine or is listed in web.proxies.
+bool IsPrivate(const config::Web& web, const Request& request);
+
+/// True if a client without a user may acknowledge alarms: web.acknowledge is on, and the request
+/// is private.
 bool MayAcknowledge(const config::Web& web, const Request& request);
 
-// `Logins` stores which clients have sent the token: browsers by the random number in their cookie,
-// programs by the token in each request. A host with too many wrong tokens is told to wait, and so
-// is every host if all together have sent too many. The right token is accepted even then, so
-// nobody can lock its owner out. Any thread may call it; the time is an argument.
+// `Logins` knows who is logged in: browsers by the random number in their cookie, programs by the
+// token in each request. Tokens are the one of web.token, and those of users. A host with too many
+// wrong tokens or passwords is told to wait, and so is every host if all together have sent too
+// many. A right token is accepted even then, so nobody can lock its owner out; a password is not,
+// because it can be guessed. Any thread may call it; the time is an argument.
 class Logins {
  public:
   static constexpr Duration kSession = 12h;
+  /// A session without a request for this time ends.
+  static constexpr Duration kIdle = 30min;
   static constexpr Duration kWindow = 1min;
   static constexpr std::size_t kMostFailures = 5;   ///< wrong tokens of one host in kWindow
   static constexpr std::size_t kMostGuesses = 100;  ///< wrong tokens of all hosts in kWindow
@@ -62,44 +70,84 @@ class Logins {
   /// ports.
   explicit Logins(std::uint16_t port) : cookie_("baudgate-" + std::to_string(port)) {}
 
-  /// Sets the token; a changed token ends all sessions. Nothing: no login is needed.
+  /// Sets the token of web.token; a changed token ends its sessions. Nothing: there is no such
+  /// token.
   void SetToken(std::optional<std::string> token);
-  bool NeedsToken() const;
+  users::UserDirectory& users() { return users_; }
+  /// True if clients must log in: web.token or users are configured.
+  bool NeedsLogin() const;
 
   enum class Verdict : std::uint8_t { yes, no, wait };
+  struct Who {
+    Verdict verdict = Verdict::no;
+    std::string user{};          ///< empty: the client has the token of web.token, or needs none
+    std::optional<Role> role{};  ///< empty as `user`
+  };
   /// Checks the cookie or the bearer token. A request without both gets "no", but does not count as
-  /// a failure.
-  Verdict Check(const Request& request, Instant now);
+  /// a failure. `counts`: the request counts as activity of its session.
+  Who Check(const Request& request, const Now& now, bool counts = true);
   struct Opened {
     Verdict verdict = Verdict::no;
     std::string cookie{};  ///< value for the header Set-Cookie
   };
   /// Opens a session if `token` is right. `secure`: the browser must send the cookie only by TLS.
-  Opened Open(const Request& request, std::string_view token, bool secure, Instant now);
+  Opened Open(const Request& request, std::string_view token, bool secure, const Now& now);
+  /// Opens a session of a user. Takes about a tenth of a second (HasHash).
+  Opened OpenOf(const Request& request, const std::string& user, const std::string& password,
+                bool secure, const Now& now);
   /// Ends the session of the request. Returns the value of Set-Cookie that deletes the cookie.
   std::string Close(const Request& request);
 
- private:
-  std::optional<std::string> SessionOf(const Request& request) const;
-  Verdict Judge(const std::string& client, std::string_view shown, Instant now)
-      BAUDGATE_REQUIRES(mutex_);
+  struct Shown {
+    std::string id;    ///< names the session for End; does not open it
+    std::string user;  ///< empty: the token of web.token
+    std::string from;
+    WallTime since{};
+    WallTime last{};
+  };
+  /// Returns the sessions that have not ended.
+  std::vector<Shown> Sessions(const Now& now);
+  /// Ends the session with this id. False: there is none.
+  bool End(const std::string& id);
 
-  const std::string cookie_;
-  mutable Mutex mutex_;
-  std::optional<std::string> token_ BAUDGATE_GUARDED_BY(mutex_);
-  /// The end time of each session, by the random number of its cookie.
-  std::map<std::string, Instant> sessions_ BAUDGATE_GUARDED_BY(mutex_);
+ private:
+  struct Session {
+    std::string user;
+    std::string from;
+    Now since{};
+    Now last{};
+
+    bool IsOver(Instant now) const {
+      return now - since.instant >= kSession || now - last.instant >= kIdle;
+    }
+  };
   struct Failure {
     std::uint64_t host = 0;
     Instant at{};
   };
-  /// The wrong tokens of the last kWindow, the oldest first; at most kMostGuesses.
+
+  std::optional<std::string> SessionOf(const Request& request) const;
+  /// True if the host of the client must wait before its next guess.
+  bool MustWait(const std::string& client, Instant now) BAUDGATE_REQUIRES(mutex_);
+  Verdict NoteFailure(const std::string& client, Instant now) BAUDGATE_REQUIRES(mutex_);
+  Who ByToken(const std::string& client, std::string_view token, const Now& now);
+  Opened Begin(const Request& request, const std::string& user, bool secure, const Now& now)
+      BAUDGATE_REQUIRES(mutex_);
+
+  const std::string cookie_;
+  users::UserDirectory users_;
+  mutable Mutex mutex_;
+  std::optional<std::string> token_ BAUDGATE_GUARDED_BY(mutex_);
+  /// Key: the random number in the cookie.
+  std::map<std::string, Session> sessions_ BAUDGATE_GUARDED_BY(mutex_);
+  /// The wrong tokens and passwords of the last kWindow, the oldest first; at most kMostGuesses.
   std::deque<Failure> failures_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 class Access {
  public:
   static constexpr std::string_view kAcknowledge = "/api/v1/alarms/ack";
+  static constexpr std::string_view kWrite = "/api/v1/write";
 
   /// `events` must outlive this object; null: no events are recorded. `version` is that of the
   /// gateway.
@@ -111,18 +159,25 @@ class Access {
 
   /// Returns Request::forwarded_for of the request.
   std::string ClientBehind(const Request& request) const { return ForwardedFor(*web(), request); }
-  std::optional<Response> Refuse(const Request& request, Instant now);
+  std::optional<Response> Refuse(const Request& request, const Now& now);
+  /// Sets the user and the role of the request. Must be called before Answer.
+  void WhoAsks(Request& request, const Now& now);
+  /// True if the request is a login with a password, so Answer takes a tenth of a second.
+  static bool IsSlow(const Request& request);
   /// Answers requests for login, logout and session, and acknowledgements that are not allowed.
   /// Returns nothing if another part must answer the request.
-  std::optional<Response> Answer(const Request& request, Instant now);
+  std::optional<Response> Answer(const Request& request, const Now& now);
 
  private:
   std::shared_ptr<const config::Web> web() const;
-  std::optional<Response> NeedsLogin(const Request& request, Instant now);
-  Response Session(const Request& request, Instant now);
-  Response Login(const Request& request, Instant now);
+  std::optional<Response> NeedsLogin(const Request& request, const Now& now);
+  Response Session(const Request& request, const Now& now);
+  Response Sessions(const Request& request, const Now& now);
+  Response EndSession(const Request& request);
+  Response Login(const Request& request, const Now& now);
   Response Logout(const Request& request);
   std::optional<Response> MayNotAcknowledge(const Request& request) const;
+  std::optional<Response> MayNotWrite(const Request& request) const;
 
   const std::string version_;
   const events::EventSource* const events_;

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <utility>
 
+#include "gateway/base/fair_places.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/text.h"
 #include "gateway/outputs/status/records_json.h"
@@ -26,6 +27,7 @@ constexpr std::string_view kError = "{\"error\":\"";
 int StatusOf(const std::string& kind) {
   if (kind == "usage") return 400;
   if (kind == "unknown") return 404;
+  if (kind == "denied") return 403;
   return 503;
 }
 
@@ -85,7 +87,8 @@ LiveApi::LiveApi(const config::Config& config, Links links, asio::io_context& io
     : config_(std::shared_ptr<void>(), &config),
       links_(std::move(links)),
       io_(io),
-      handler_(config, links_.store, links_.lines, no_writes_, links_.info),
+      handler_(config, links_.store, links_.lines,
+               links_.commands != nullptr ? *links_.commands : no_writes_, links_.info),
       points_(links_.store, links_.info.events) {}
 
 const std::vector<LiveApi::Route>& LiveApi::Routes() {
@@ -117,7 +120,7 @@ Response LiveApi::Asked(const Request& request, std::string_view command,
   const auto ask = AskOf(request, command, parts);
   if (!ask) return Problem(400, ask.error());
   const std::string text = ask->dump(-1, ' ', false, Json::error_handler_t::replace);
-  return ResponseOf(handler_.Answer(text, {"web:" + request.client()}, now, {}).text);
+  return ResponseOf(handler_.Answer(text, {request.Origin()}, now, {}).text);
 }
 
 Response LiveApi::Status(const Request& request, Now now) {
@@ -245,8 +248,27 @@ void LiveApi::Acknowledge(const Request& request, const Answered& answered) {
   const Json ask = {{"command", "ack"}, {"target", body["target"]}};
   const auto later = [answered](std::string text) { answered(ResponseOf(std::move(text))); };
   const std::string text = ask.dump(-1, ' ', false, Json::error_handler_t::replace);
-  const control::Reply reply =
-      handler_.Answer(text, {"web:" + request.client()}, ReadClocks(), later);
+  const control::Reply reply = handler_.Answer(text, {request.Origin()}, ReadClocks(), later);
+  if (!reply.text.empty()) answered(ResponseOf(reply.text));
+}
+
+void LiveApi::Write(const Request& request, const Answered& answered) {
+  const Json body = Json::parse(request.body, nullptr, false);
+  const bool whole = body.is_object() && body.contains("point") && body["point"].is_string() &&
+                     body.contains("value") && body["value"].is_primitive() &&
+                     !body["value"].is_null();
+  if (!whole) {
+    return answered(Problem(400, "write {\"point\":\"LINE.DEVICE.POINT\",\"value\":2}"));
+  }
+  const Json& value = body["value"];
+  Json ask = {{"command", "write"},
+              {"target", body["point"]},
+              {"value", value.is_string() ? value.get<std::string>() : value.dump()}};
+  if (body.contains("confirm")) ask["confirm"] = body["confirm"];
+  const auto later = [answered](std::string text) { answered(ResponseOf(std::move(text))); };
+  const bus::Writer writer{request.Origin(), 0, {}, HostNumberOf(request.client()), request.role};
+  const control::Reply reply = handler_.Answer(
+      ask.dump(-1, ' ', false, Json::error_handler_t::replace), writer, ReadClocks(), later);
   if (!reply.text.empty()) answered(ResponseOf(reply.text));
 }
 

@@ -31,7 +31,7 @@ struct Part {
 Result<status::Json> AskOf(const Request& request, std::string_view command,
                            std::initializer_list<Part> parts);
 
-/// Refuses all writes, because points cannot be written over HTTP.
+/// Refuses all writes.
 class NoWrites final : public bus::CommandSink {
  public:
   bool Submit(bus::WriteCommand) override { return false; }
@@ -47,6 +47,7 @@ class LiveApi {
     bus::PointStore& store;
     lines::LineControl& lines;
     status::GatewayInfo info;
+    bus::CommandSink* commands = nullptr;  ///< null: every write is refused
     /// Returns the running configuration as YAML without its secrets; empty: the configuration is
     /// not available.
     std::function<Result<std::string>()> configuration{};
@@ -61,6 +62,9 @@ class LiveApi {
   /// Acknowledges the alarms that the request names. The event records "web:" and the client's
   /// address as the origin. `answered` can be called later.
   void Acknowledge(const Request& request, const Answered& answered);
+  /// Writes to a point as `baudgate write` does: {"point": "LINE.DEVICE.POINT", "value": 2,
+  /// "confirm": true}. `answered` can be called later.
+  void Write(const Request& request, const Answered& answered);
   /// Must be called at a reload, with the new configuration and history. Ends all streams.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);

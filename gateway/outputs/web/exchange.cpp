@@ -159,6 +159,7 @@ Request RequestOf(MHD_Connection* connection, const char* url, const char* metho
   request.method = std::strcmp(method, "HEAD") == 0 ? "GET" : method;
   request.path = url;
   request.peer = PeerOf(connection);
+  request.tls = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_PROTOCOL) != nullptr;
   request.local = LocalAddress(SocketOf(connection));
   MHD_get_connection_values(connection, MHD_HEADER_KIND, AddHeader, &request.headers);
   MHD_get_connection_values(connection, MHD_GET_ARGUMENT_KIND, AddQuery, &request.query);

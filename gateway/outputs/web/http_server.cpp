@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/web/http_server.h"
 
+#include <gnutls/gnutls.h>
 #include <microhttpd.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -107,6 +108,20 @@ void SetUp(int socket, const Limits& limits) {
   ::setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &timeout, sizeof(timeout));
 }
 
+/// TLS 1.2 and 1.3 (gnutls_priority_init).
+const std::string kVersions = "SECURE128:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2";
+
+/// True if the client has sent a certificate of an authority of web.client_ca. libmicrohttpd asks
+/// for the certificate, but leaves the check to the application.
+bool HasCertificate(MHD_Connection* connection) {
+  const auto* const info =
+      MHD_get_connection_info(connection, MHD_CONNECTION_INFO_GNUTLS_SESSION);
+  if (info == nullptr || info->tls_session == nullptr) return false;
+  unsigned status = 0;
+  auto* const session = static_cast<gnutls_session_t>(info->tls_session);
+  return gnutls_certificate_verify_peers2(session, &status) == 0 && status == 0;
+}
+
 Response TooManyConnections() {
   Response busy = Problem(503, "too many connections; try again in a few seconds");
   busy.headers.emplace_back("Retry-After", "5");
@@ -133,11 +148,12 @@ std::optional<Response> WrongContent(const Request& request, const Limits& limit
 
 class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
  public:
-  Impl(HttpHandler& handler, const Limits& limits)
-      : handler_(handler), limits_(limits), connections_(limits) {}
+  Impl(HttpHandler& handler, const Limits& limits, const pki::TlsTexts& tls)
+      : handler_(handler), limits_(limits), tls_(tls), connections_(limits) {}
 
   Status Start(transports::ListenSocket socket);
   void Stop();
+  int TakeSocket();
   void EndOverdue(Instant now);
   std::size_t connections() {
     const MutexLock lock(mutex_);
@@ -167,6 +183,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
 
   HttpHandler& handler_;
   const Limits limits_;
+  const pki::TlsTexts tls_;
   const BytesUnderWay bytes_ = std::make_shared<std::atomic<std::size_t>>(0);
   MHD_Daemon* daemon_ = nullptr;
   mutable Mutex mutex_;
@@ -182,22 +199,39 @@ Status HttpServer::Impl::Start(transports::ListenSocket socket) {
   // The library's limit is greater than Limits::at_all, so that a further client gets 503 instead
   // of waiting without an answer.
   const auto most = static_cast<unsigned>(limits_.at_all * 2);
+  const unsigned flags =
+      MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
+  std::vector<MHD_OptionItem> tls;
+  const auto add = [&tls](MHD_OPTION option, const std::string& text) {
+    if (!text.empty()) tls.push_back({option, 0, const_cast<char*>(text.c_str())});
+  };
+  if (tls_.on()) {
+    add(MHD_OPTION_HTTPS_MEM_CERT, tls_.certificate);
+    add(MHD_OPTION_HTTPS_MEM_KEY, tls_.key);
+    add(MHD_OPTION_HTTPS_MEM_TRUST, tls_.client_ca);
+    add(MHD_OPTION_HTTPS_PRIORITIES, kVersions);
+  }
+  tls.push_back({MHD_OPTION_END, 0, nullptr});
   daemon_ = MHD_start_daemon(
-      MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, nullptr,
-      nullptr, OnRequest, this, MHD_OPTION_LISTEN_SOCKET, listening, MHD_OPTION_CONNECTION_LIMIT,
+      flags | (tls_.on() ? static_cast<unsigned>(MHD_USE_TLS) : 0U), 0, nullptr, nullptr, OnRequest, this, MHD_OPTION_LISTEN_SOCKET, listening, MHD_OPTION_CONNECTION_LIMIT,
       most, MHD_OPTION_CONNECTION_TIMEOUT, static_cast<unsigned>(limits_.idle / 1s),
       MHD_OPTION_CONNECTION_MEMORY_LIMIT, limits_.header, MHD_OPTION_STRICT_FOR_CLIENT, 1,
       MHD_OPTION_UNESCAPE_CALLBACK, Unescape, nullptr, MHD_OPTION_NOTIFY_COMPLETED, OnCompleted,
       this, MHD_OPTION_NOTIFY_CONNECTION, OnConnection, this, MHD_OPTION_EXTERNAL_LOGGER,
-      static_cast<MHD_LogCallback>([](void*, const char*, va_list) {}), nullptr, MHD_OPTION_END);
+      static_cast<MHD_LogCallback>([](void*, const char*, va_list) {}), nullptr, MHD_OPTION_ARRAY,
+      tls.data(), MHD_OPTION_END);
   if (daemon_ != nullptr) return {};
   ::close(listening);
   return Error{"web: the server cannot be started: the system has no threads or files left"};
 }
 
+int HttpServer::Impl::TakeSocket() {
+  return daemon_ == nullptr ? MHD_INVALID_SOCKET : MHD_quiesce_daemon(daemon_);
+}
+
 void HttpServer::Impl::Stop() {
   if (daemon_ == nullptr) return;
-  MHD_socket listening = MHD_quiesce_daemon(daemon_);
+  const MHD_socket listening = TakeSocket();
   std::map<Exchange*, Kept> open;
   {
     const MutexLock lock(mutex_);
@@ -286,6 +320,11 @@ MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, 
     exchanges_[exchange.get()] = exchange;
   }
   *kept = new Kept(exchange);
+  if (!tls_.client_ca.empty() && !HasCertificate(connection)) {
+    return Queue(connection,
+                 Problem(403, "this gateway needs a certificate of the authority in web.client_ca"),
+                 exchange, true);
+  }
   if (!fits) return Queue(connection, TooManyConnections(), exchange, true);
   if (const auto refused = handler_.Refuse(exchange->request)) {
     return Queue(connection, *refused, exchange, true);
@@ -343,14 +382,18 @@ void HttpServer::Impl::OnCompleted(void* self, MHD_Connection*, void** kept,
 }
 
 Result<std::unique_ptr<HttpServer>> HttpServer::Start(transports::ListenSocket socket,
-                                                      HttpHandler& handler, const Limits& limits) {
-  auto impl = std::make_shared<Impl>(handler, limits);
+                                                      HttpHandler& handler, const Limits& limits,
+                                                      const pki::TlsTexts& tls) {
+  auto impl = std::make_shared<Impl>(handler, limits, tls);
   if (const Status status = impl->Start(std::move(socket)); !status) return Error{status.error()};
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(impl)));
 }
 
 HttpServer::~HttpServer() { Stop(); }
 void HttpServer::Stop() { impl_->Stop(); }
+transports::ListenSocket HttpServer::TakeSocket() {
+  return transports::ListenSocket::Of(impl_->TakeSocket());
+}
 void HttpServer::EndOverdue(Instant now) { impl_->EndOverdue(now); }
 std::size_t HttpServer::connections() const { return impl_->connections(); }
 

@@ -15,6 +15,7 @@
 
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
+#include "gateway/outputs/pki/tls_files.h"
 #include "gateway/outputs/web/request.h"
 #include "transports/listen_socket.h"
 
@@ -95,10 +96,15 @@ class HttpHandler {
 
 class HttpServer {
  public:
-  /// `handler` must outlive the server.
+  /// `handler` must outlive the server. `tls` off: the server speaks HTTP without TLS.
   static Result<std::unique_ptr<HttpServer>> Start(transports::ListenSocket socket,
-                                                   HttpHandler& handler, const Limits& limits = {});
+                                                   HttpHandler& handler, const Limits& limits = {},
+                                                   const pki::TlsTexts& tls = {});
   ~HttpServer();
+
+  /// Stops listening, and returns the listening socket for another server at the same port. Open
+  /// connections go on until Stop.
+  transports::ListenSocket TakeSocket();
 
   /// Ends all answers and closes the port. Answers that come later are dropped. Further calls do
   /// nothing.

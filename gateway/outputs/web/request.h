@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/base/role.h"
+
 namespace baudgate::web {
 
 struct Request {
@@ -24,9 +26,15 @@ struct Request {
   std::string peer{};  ///< address of the other end of the connection, e.g. "10.0.0.7"
   /// Address of the client that a trusted proxy has named; empty: the peer is the client.
   std::string forwarded_for{};
+  /// The user who is logged in, and the role; empty: no user is (Access::WhoAsks).
+  std::string user{};
+  std::optional<Role> role{};
+  bool tls = false;     ///< the connection itself is encrypted
   std::string local{};  ///< address of this machine to which the client has connected
 
   const std::string& client() const { return forwarded_for.empty() ? peer : forwarded_for; }
+  /// Returns the name of the client in records: "web:10.0.0.7", "web:anna@10.0.0.7".
+  std::string Origin() const { return "web:" + (user.empty() ? "" : user + "@") + client(); }
   std::optional<std::string> Header(const std::string& name) const { return In(headers, name); }
   std::optional<std::string> Query(const std::string& name) const { return In(query, name); }
 

@@ -23,9 +23,25 @@ bool WebOutput::HasOtherToken(const config::Web& next) const {
   return !token || *token != token_;
 }
 
+bool WebOutput::HasOtherCertificate(const config::Web& next) const {
+  if (!server_ || next.certificate.empty() || next.certificate != web_.certificate) return false;
+  const auto tls = pki::ReadTls({next.certificate, next.key, next.client_ca});
+  return !tls || *tls != tls_;
+}
+
+void WebOutput::WarnOfEnd() const {
+  if (!tls_.on()) return;
+  const std::string warning =
+      pki::EndsSoon(web_.certificate, tls_.until, ReadClocks().wall);
+  if (!warning.empty()) log::Warn("web: {}", warning);
+}
+
 void WebOutput::Examine(const config::Config& next, std::vector<std::string>& settings,
                         std::vector<std::string>& /*restart*/) const {
   if (HasOtherToken(next.web)) settings.emplace_back("the token in " + next.web.token_file);
+  if (HasOtherCertificate(next.web)) {
+    settings.emplace_back("the certificate in " + next.web.certificate);
+  }
 }
 
 std::unique_ptr<WebOutput::Port> WebOutput::OpenFor(const config::Web& next) const {
@@ -59,6 +75,7 @@ std::string WebOutput::Serve(const Configuration& config, Port& port) {
   }
   if (!port.troubles.empty()) return port.troubles.front();
   const std::optional<std::string> token = port.opened.token;
+  const pki::TlsTexts tls = port.opened.tls;
   if (server_) {
     const Status status = server_->Apply(config, std::move(port.opened), links_.info.history);
     if (!status) return status.error();
@@ -71,7 +88,12 @@ std::string WebOutput::Serve(const Configuration& config, Port& port) {
   // that are in use.
   web_ = config->web;
   token_ = token;
-  if (moved) log::Info("web page on http://{}/", config->web.Address());
+  tls_ = tls;
+  if (moved) {
+    log::Info("web page on {}://{}/", config->web.certificate.empty() ? "http" : "https",
+              config->web.Address());
+  }
+  WarnOfEnd();
   return {};
 }
 

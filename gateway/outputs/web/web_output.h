@@ -51,6 +51,9 @@ class WebOutput final : public outputs::Output {
     web::WebServer::Opened opened{};
   };
   bool HasOtherToken(const config::Web& next) const;
+  bool HasOtherCertificate(const config::Web& next) const;
+  /// Warns if the certificate has ended or ends within 30 days.
+  void WarnOfEnd() const;
   std::unique_ptr<Port> OpenFor(const config::Web& next) const;
   std::string Serve(const Configuration& config, Port& port);
 
@@ -59,6 +62,7 @@ class WebOutput final : public outputs::Output {
   config::Web web_;             // the settings that are in use
   std::unique_ptr<Port> port_;  // exists from Open to Begin
   std::optional<std::string> token_;
+  pki::TlsTexts tls_;
   std::unique_ptr<web::WebServer> server_;
   mutable Mutex mutex_;
   std::string summary_ BAUDGATE_GUARDED_BY(mutex_);

@@ -116,6 +116,11 @@ Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config:
     if (!token) return Error{"web: " + token.error()};
     opened.token = std::move(*token);
   }
+  if (!next.certificate.empty()) {
+    auto tls = pki::ReadTls({next.certificate, next.key, next.client_ca});
+    if (!tls) return Error{"web: " + tls.error()};
+    opened.tls = std::move(*tls);
+  }
   if (now == nullptr || now->listen != next.listen) {
     auto socket = ListenAt(next.listen);
     if (!socket) return Error{"web: " + next.Address() + ": " + socket.error()};
@@ -140,11 +145,13 @@ Result<std::unique_ptr<WebServer>> WebServer::Start(
   server->access_.Set(*config, std::move(opened.token));
   server->live_.Apply(config, history);
   server->past_.Apply(config, history);
-  auto http = HttpServer::Start(std::move(opened.socket), *server, limits);
+  auto http = HttpServer::Start(std::move(opened.socket), *server, limits, opened.tls);
   if (!http) return Error{http.error()};
+  server->tls_ = std::move(opened.tls);
   server->http_ = std::move(*http);
   server->live_loop_.Start();
   server->past_loop_.Start();
+  server->login_loop_.Start();
   asio::post(server->live_loop_.io(), [raw = server.get()] { raw->Look(); });
   return server;
 }
@@ -155,6 +162,7 @@ void WebServer::Stop() {
   if (!http_) return;
   http_->Stop();
   past_loop_.Stop();
+  login_loop_.Stop();
   live_loop_.Stop([this] {
     live_.EndStreams();
     tick_.cancel();
@@ -167,9 +175,13 @@ Status WebServer::Apply(const std::shared_ptr<const config::Config>& config, Ope
                         const std::shared_ptr<const history::HistorySource>& history) {
   access_.Set(*config, std::move(opened.token));
   ApplyHistory(config, history);
-  if (!opened.socket.is_open()) return {};
-  auto next = HttpServer::Start(std::move(opened.socket), *this, limits_);
+  if (!opened.socket.is_open()) {
+    if (opened.tls == tls_) return {};
+    opened.socket = http_->TakeSocket();
+  }
+  auto next = HttpServer::Start(std::move(opened.socket), *this, limits_, opened.tls);
   if (!next) return Error{next.error()};
+  tls_ = std::move(opened.tls);
   std::unique_ptr<HttpServer> before;
   transports::RunOn(live_loop_.io(), [&] { before = std::exchange(http_, std::move(*next)); });
   before->Stop();
@@ -188,11 +200,14 @@ std::string WebServer::ClientBehind(const Request& request) {
 }
 
 std::optional<Response> WebServer::Refuse(const Request& request) {
-  return access_.Refuse(request, ReadClocks().instant);
+  return access_.Refuse(request, ReadClocks());
 }
 
-void WebServer::Handle(const Request& request, Answered answered) {
-  if (auto response = access_.Answer(request, ReadClocks().instant)) {
+void WebServer::Handle(const Request& as_sent, Answered answered) {
+  Request request = as_sent;
+  access_.WhoAsks(request, ReadClocks());
+  if (Access::IsSlow(request)) return LogIn(std::move(request), std::move(answered));
+  if (auto response = access_.Answer(request, ReadClocks())) {
     return answered(*std::move(response));
   }
   if (auto asset = AssetResponse(request)) return answered(std::move(*asset));
@@ -200,6 +215,18 @@ void WebServer::Handle(const Request& request, Answered answered) {
     return answered(Problem(404, "there is nothing at " + request.path));
   }
   Ask(request, std::move(answered));
+}
+
+/// Checks a password on a thread of its own, one after the other, because each check takes a tenth
+/// of a second.
+void WebServer::LogIn(Request request, Answered answered) {
+  constexpr std::size_t kMostLogins = 16;
+  if (logins_ >= kMostLogins) return answered(Problem(503, "too many logins at once"));
+  ++logins_;
+  asio::post(login_loop_.io(), [this, request = std::move(request), answered = std::move(answered)] {
+    --logins_;
+    answered(*access_.Answer(request, ReadClocks()));
+  });
 }
 
 void WebServer::Ask(const Request& request, Answered answered) {
@@ -212,6 +239,7 @@ void WebServer::Ask(const Request& request, Answered answered) {
         --waiting_;
         const Now now = ReadClocks();
         if (request.path == Access::kAcknowledge) return live_.Acknowledge(request, answered);
+        if (request.path == Access::kWrite) return live_.Write(request, answered);
         const bool known =
             past ? past_.Answer(request, now, answered) : live_.Answer(request, now, answered);
         if (!known) answered(Problem(404, "there is nothing at " + request.path));

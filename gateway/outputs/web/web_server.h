@@ -38,7 +38,8 @@ class WebServer final : public HttpHandler {
   struct Opened {
     /// Not open: the server keeps its port.
     transports::ListenSocket socket{};
-    std::optional<std::string> token{};  ///< empty: no login is needed
+    std::optional<std::string> token{};  ///< empty: there is no token of web.token
+    pki::TlsTexts tls{};
   };
   /// Opens a listening socket. `at` must contain an address of this machine, not a name.
   static Result<transports::ListenSocket> ListenAt(const config::HostPort& at);
@@ -54,6 +55,7 @@ class WebServer final : public HttpHandler {
 
   /// Applies a reload; when Apply returns, the new settings are in use. If `opened` contains a
   /// socket, the server moves to its port. If the move fails, the server still uses the old port.
+  /// Other certificates end the connections, but not the sessions of users.
   Status Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
                const std::shared_ptr<const history::HistorySource>& history);
   void ApplyHistory(const std::shared_ptr<const config::Config>& config,
@@ -68,6 +70,7 @@ class WebServer final : public HttpHandler {
  private:
   WebServer(const config::Config& config, LiveApi::Links links, const Limits& limits);
 
+  void LogIn(Request request, Answered answered);
   void Ask(const Request& request, Answered answered);
   void Tick();
   void Look();
@@ -76,13 +79,16 @@ class WebServer final : public HttpHandler {
   Access access_;
   transports::LoopThread live_loop_{"web"};
   transports::LoopThread past_loop_{"web-past"};
+  transports::LoopThread login_loop_{"web-login"};
   LiveApi live_;
   PastApi past_;
   asio::steady_timer tick_{live_loop_.io()};
   asio::steady_timer look_{live_loop_.io()};
   bool ticking_ = false;  // true: a call of Tick is scheduled; used on live_loop_ only
   std::atomic<std::size_t> waiting_ = 0;
+  std::atomic<std::size_t> logins_ = 0;
   std::unique_ptr<HttpServer> http_;
+  pki::TlsTexts tls_;  // of http_
 };
 
 }  // namespace baudgate::web

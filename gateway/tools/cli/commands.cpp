@@ -11,6 +11,7 @@
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
+#include "gateway/outputs/users/user_file.h"
 #include "gateway/tools/cli/live/demo.h"
 #include "gateway/tools/cli/live/run.h"
 #include "gateway/tools/cli/offline/certs.h"
@@ -18,6 +19,7 @@
 #include "gateway/tools/cli/offline/decode.h"
 #include "gateway/tools/cli/offline/map.h"
 #include "gateway/tools/cli/offline/profiles.h"
+#include "gateway/tools/cli/offline/users.h"
 #include "gateway/tools/terminal/live_table.h"
 #include "gateway/tools/terminal/words.h"
 
@@ -131,6 +133,22 @@ void AddCheck(CLI::App& app, Action& action) {
   });
 }
 
+void AddServerCerts(CLI::App& certs, Action& action) {
+  auto* command = certs.add_subcommand(
+      "web", "Make an authority and a certificate for TLS of the page, or renew the certificate");
+  SetExample(*command, "baudgate certs web /etc/baudgate/web --name gate.example.com");
+  auto options = std::make_shared<ServerCertsOptions>();
+  command->add_option("DIR", options->directory, "Folder; created if it is missing")->required();
+  command
+      ->add_option("--name", options->names,
+                   "Host name or address of the gateway; repeat the option for more names")
+      ->take_all()
+      ->allow_extra_args(false);
+  command->callback([options, &action] {
+    action = [options](const auto&) { return RunServerCerts(*options, std::cout, std::cerr); };
+  });
+}
+
 void AddCerts(CLI::App& app, Action& action) {
   auto* certs = app.add_subcommand("certs", "Make certificates");
   certs->require_subcommand(1);
@@ -152,6 +170,45 @@ void AddCerts(CLI::App& app, Action& action) {
   command->callback([options, &action] {
     action = [options](const auto&) { return RunCerts(*options, std::cout, std::cerr); };
   });
+  AddServerCerts(*certs, action);
+}
+
+void AddUsers(CLI::App& app, Action& action) {
+  using What = UsersOptions::What;
+  auto* users = app.add_subcommand("users", "Add, remove and list users, and make their tokens");
+  users->require_subcommand(1);
+  SetExample(*users, "baudgate users add anna --role operator");
+  const auto add = [&](const char* name, const char* help, What what, const char* example) {
+    auto* command = users->add_subcommand(name, help);
+    SetExample(*command, example);
+    auto options = std::make_shared<UsersOptions>();
+    options->what = what;
+    options->file = users::kDefaultFile;
+    command->add_option("--file", options->file, "Users file")->capture_default_str();
+    if (what != What::list) {
+      command->add_option("NAME", options->name, "Name of the user, or @GROUP of the system")
+          ->required();
+    }
+    command->callback([options, &action] {
+      action = [options](const auto&) {
+        return RunUsers(*options, std::cin, std::cout, std::cerr);
+      };
+    });
+    return std::pair(command, options);
+  };
+  const auto [adds, added] =
+      add("add", "Add a user, or give a user another role and password", What::add,
+          "baudgate users add anna --role operator");
+  adds->add_option("--role", added->role, "viewer, operator, engineer or auditor")->required();
+  adds->add_flag("--no-password", added->no_password, "The user can log in only with tokens");
+  const auto [tokens, token] =
+      add("token", "Make a token for a program and print it once", What::token,
+          "baudgate users token prometheus --days 365");
+  tokens->add_option("--days", token->days, "Days until the token ends")
+      ->check(CLI::Range(1, 3650))
+      ->capture_default_str();
+  add("remove", "Remove a user and its tokens", What::remove, "baudgate users remove anna");
+  add("list", "List users, roles and the ends of tokens", What::list, "baudgate users list");
 }
 
 void AddMap(CLI::App& app, Action& action) {
@@ -286,6 +343,7 @@ void AddCommands(CLI::App& app, Action& action) {
   AddRun(app, action);
   AddCheck(app, action);
   AddCerts(app, action);
+  AddUsers(app, action);
   AddMap(app, action);
   AddWatch(app, action);
   AddDiscoveryServer(app, action);

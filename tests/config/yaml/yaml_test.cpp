@@ -72,7 +72,7 @@ TEST(Yaml, ColumnsCountCharacters) {
 }
 
 TEST(Yaml, LargeAndDeepTextsAreRefused) {
-  EXPECT_EQ(Shown(Load(std::string((16U << 20U) + 1, ' ')).problems),
+  EXPECT_EQ(Shown(Load(std::string((4U << 20U) + 1, ' ')).problems),
             "t.yaml: error: is larger than the 4 MiB that a configuration can have\n");
   for (const char* const bracket : {"[", "{a: ", "- ", "? "}) {
     std::string deep = "lines: \n ";
@@ -81,6 +81,20 @@ TEST(Yaml, LargeAndDeepTextsAreRefused) {
     EXPECT_EQ(loaded.problems.size(), 1U) << bracket;
     EXPECT_FALSE(loaded.ok()) << bracket;
   }
+}
+
+TEST(Yaml, TextsWithTooManyNodesAreRefused) {
+  const auto refused = [](const std::string& text) {
+    const std::string shown = Shown(Load(text).problems);
+    return shown.starts_with("t.yaml: error: has more than 200000 keys and values");
+  };
+  EXPECT_TRUE(refused(std::string(200'001, '['))) << "before the first token is stored";
+  std::string lines;
+  for (int i = 0; i < 200'001; ++i) lines += "- a\n";
+  EXPECT_TRUE(refused(lines));
+  std::string few = "# ";
+  few += std::string(100'000, '[') + "\nlines: []\n";
+  EXPECT_FALSE(refused(few));
 }
 
 TEST(Yaml, AliasesWorkAndAreLimited) {

@@ -68,12 +68,18 @@ std::optional<std::size_t> ClosedForRoom(std::span<const OpenConnection> open, s
   for (const OpenConnection& one : open) ++connections[one.host];
   const std::size_t own = connections[host];
   std::optional<std::size_t> closed;
+  bool is_of_large = false;  // `closed` belongs to a host with two connections more
   for (std::size_t i = 0; i < open.size(); ++i) {
     const OpenConnection& one = open[i];
     const std::size_t its = connections[one.host];
+    const bool large = its >= own + 2;
     const bool is_idle = !one.has_pending && now - one.idle_since >= kIdle;
-    const bool may_close = its >= own + 2 || (is_idle && (its == own + 1 || one.host == host));
-    if (may_close && (!closed || one.idle_since < open[*closed].idle_since)) closed = i;
+    const bool may_close = large || (is_idle && (its == own + 1 || one.host == host));
+    if (!may_close || (is_of_large && !large)) continue;
+    if (!closed || (large && !is_of_large) || one.idle_since < open[*closed].idle_since) {
+      closed = i;
+      is_of_large = large;
+    }
   }
   return closed;
 }

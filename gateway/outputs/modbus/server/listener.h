@@ -46,10 +46,10 @@ struct OpenConnection {
 /// sent no request for the longest time, among those that may be closed. Empty: none may be closed,
 /// so the new connection is refused. A connection may be closed
 ///
-///   if its host has                                 when
-///   two connections more than `host`, or more       always
-///   one connection more, or is `host` itself        no request is pending, and it was idle for 10
-///   s fewer connections                               never
+///   if its host has                                when
+///   two connections more than `host`, or more      always, and before all others
+///   one connection more, or is `host` itself       idle for 10 s, and no request is pending
+///   another number of connections                  never
 ///
 std::optional<std::size_t> ClosedForRoom(std::span<const OpenConnection> open, std::uint64_t host,
                                          Instant now);

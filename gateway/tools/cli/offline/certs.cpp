@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/offline/certs.h"
 
+#include <unistd.h>
+
+#include <array>
 #include <filesystem>
 
 #include "config/checks/uniques.h"
 #include "gateway/outputs/pki/demo_pki.h"
 #include "gateway/outputs/pki/security_check.h"
+#include "gateway/outputs/pki/tls_files.h"
 
 namespace baudgate::tools {
 
@@ -73,6 +77,31 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
   }
   out << "Keep " << folder
       << "/ca/key.pem secret and apart: everybody who has this file can issue identities.\n";
+  return kDone;
+}
+
+int RunServerCerts(const ServerCertsOptions& options, std::ostream& out, std::ostream& err) {
+  std::error_code error;
+  const std::string folder = fs::absolute(options.directory, error).lexically_normal().string();
+  std::vector<std::string> names = options.names;
+  if (names.empty()) {
+    std::array<char, 256> host{};
+    if (::gethostname(host.data(), host.size() - 1) == 0) names.emplace_back(host.data());
+    names.insert(names.end(), {"localhost", "127.0.0.1"});
+  }
+  const auto made = pki::WriteServerFiles(folder, names, ReadClocks().wall);
+  if (!made) {
+    err << "certs: " << made.error() << '\n';
+    return kNotWritten;
+  }
+  out << "made, valid for 2 years, for";
+  for (const std::string& name : names) out << ' ' << name;
+  out << ":\n";
+  for (const std::string& one : *made) out << "  " << one << '\n';
+  out << "configuration of the gateway:\n  web: { certificate: " << folder
+      << "/gateway.pem, key: " << folder << "/gateway.key }\n"
+      << "Let browsers trust " << folder << "/ca.pem, and keep " << folder
+      << "/ca.key secret and apart. The same command renews the certificate.\n";
   return kDone;
 }
 

@@ -33,4 +33,13 @@ struct CertsOptions {
 /// is requested for an existing authority.
 int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err);
 
+struct ServerCertsOptions {
+  std::string directory;
+  /// Host names and addresses of the gateway; empty: the name of this machine, and 127.0.0.1.
+  std::vector<std::string> names;
+};
+
+/// `baudgate certs web`. Exit codes: 0 done; 4 a file cannot be read or written.
+int RunServerCerts(const ServerCertsOptions& options, std::ostream& out, std::ostream& err);
+
 }  // namespace baudgate::tools

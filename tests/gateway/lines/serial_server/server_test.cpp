@@ -118,16 +118,34 @@ TEST_F(ServerTest, AClientMayWaitForItsTurn) {
   config_.busy = Busy::wait;
   Start(Server::Use::served);
   auto first = Connect();
+  first->Write({6});
+  EXPECT_TRUE(Until([&] { return line_.port.sent.size() == 1; }));
   const auto second = Connect();
   auto third = Connect();
   second->Write({7});
   RunReady(io_);
   EXPECT_FALSE(second->ended());
-  EXPECT_THAT(line_.port.sent, IsEmpty());
+  EXPECT_THAT(line_.port.sent, ElementsAre(6));
   third->stream().close();
   first->stream().close();
-  EXPECT_TRUE(Until([&] { return line_.port.sent.size() == 1; })) << "what it has sent meanwhile";
+  EXPECT_TRUE(Until([&] { return line_.port.sent.size() == 2; })) << "what it has sent meanwhile";
   EXPECT_EQ(line_.wanted.size(), 2U);
+}
+
+TEST_F(ServerTest, ASilentClientDoesNotKeepThePortFromAClientThatSends) {
+  Start(Server::Use::served);
+  const auto silent = Connect();
+  EXPECT_TRUE(Until([&] { return line_.wanted.size() == 1; }));
+  const auto other = Connect();
+  const auto second = Connect();
+  RunReady(io_);
+  EXPECT_FALSE(silent->ended()) << "it may read";
+  second->Write({7});
+  EXPECT_TRUE(Until([&] { return line_.port.sent.size() == 1; }));
+  EXPECT_TRUE(Ends(*silent));
+  EXPECT_TRUE(Ends(*other)) << "the port is in use";
+  EXPECT_FALSE(second->ended());
+  EXPECT_TRUE(Ends(*Connect()));
 }
 
 TEST_F(ServerTest, BytesOfAWaitingClientThatHasClosedAreDelivered) {
@@ -149,7 +167,11 @@ TEST_F(ServerTest, TheNumberOfWaitingClientsIsLimited) {
   config_.busy = Busy::wait;
   Start(Server::Use::served);
   std::vector<std::unique_ptr<Client>> clients;
-  for (std::size_t i = 0; i < Server::kMostClients; ++i) clients.push_back(Connect());
+  for (std::size_t i = 0; i < Server::kMostClients; ++i) {
+    clients.push_back(Connect());
+    clients.back()->Write({7});
+  }
+  RunReady(io_);
   EXPECT_TRUE(Ends(*Connect()));
   for (const auto& client : clients) EXPECT_FALSE(client->ended());
 }

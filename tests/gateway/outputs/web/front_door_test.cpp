@@ -141,21 +141,26 @@ Request WithCookie(const std::string& set_cookie) {
   return From("10.0.0.7", "cookie", "other=1; " + set_cookie.substr(0, set_cookie.find(';')));
 }
 
+Now At(Duration after) { return {kFirst + after, WallTime(after)}; }
+
 class LoginsTest : public ::testing::Test {
  protected:
   LoginsTest() { logins_.SetToken(kRight); }
+  Verdict Check(const Request& request, Duration after = {}) {
+    return logins_.Check(request, At(after)).verdict;
+  }
   Logins logins_{8502};
 };
 
 TEST_F(LoginsTest, WithoutATokenEveryClientIsLoggedIn) {
-  EXPECT_EQ(logins_.Check(From("10.0.0.7"), kFirst), Verdict::no);
+  EXPECT_EQ(Check(From("10.0.0.7")), Verdict::no);
   logins_.SetToken(std::nullopt);
-  EXPECT_EQ(logins_.Check(From("10.0.0.7"), kFirst), Verdict::yes);
-  EXPECT_FALSE(logins_.NeedsToken());
+  EXPECT_EQ(Check(From("10.0.0.7")), Verdict::yes);
+  EXPECT_FALSE(logins_.NeedsLogin());
 }
 
 TEST_F(LoginsTest, ASessionLastsTwelveHours) {
-  const auto opened = logins_.Open(From("10.0.0.7"), kRight, false, kFirst);
+  const auto opened = logins_.Open(From("10.0.0.7"), kRight, false, At({}));
   EXPECT_EQ(opened.verdict, Verdict::yes);
   EXPECT_THAT(opened.cookie, StartsWith("baudgate-8502="));
   EXPECT_THAT(opened.cookie, HasSubstr("; HttpOnly; SameSite=Strict; Max-Age=43200"));
@@ -163,22 +168,92 @@ TEST_F(LoginsTest, ASessionLastsTwelveHours) {
   EXPECT_THAT(opened.cookie, Not(HasSubstr("Path="))) << "below a path of a proxy it stays there";
   EXPECT_THAT(opened.cookie, Not(HasSubstr(kRight)));
   const Request later = WithCookie(opened.cookie);
-  EXPECT_EQ(logins_.Check(later, kFirst + 12h - 1s), Verdict::yes);
-  EXPECT_EQ(logins_.Check(later, kFirst + 12h), Verdict::no);
-  EXPECT_EQ(logins_.Check(From("10.0.0.7", "cookie", "baudgate-8502=abc"), kFirst), Verdict::no);
-  EXPECT_THAT(logins_.Open(From("10.0.0.7"), kRight, true, kFirst).cookie, HasSubstr("; Secure"));
+  for (Duration used = 29min; used < 12h; used += 29min) {
+    EXPECT_EQ(Check(later, used), Verdict::yes);
+  }
+  EXPECT_EQ(Check(later, 12h - 1s), Verdict::yes);
+  EXPECT_EQ(Check(later, 12h), Verdict::no);
+  EXPECT_EQ(Check(From("10.0.0.7", "cookie", "baudgate-8502=abc")), Verdict::no);
+  EXPECT_THAT(logins_.Open(From("10.0.0.7"), kRight, true, At({})).cookie, HasSubstr("; Secure"));
+}
+
+TEST_F(LoginsTest, ASessionEndsAfterHalfAnHourWithoutARequest) {
+  const Request one = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, At({})).cookie);
+  EXPECT_EQ(logins_.Check(one, At(29min), false).verdict, Verdict::yes) << "does not count";
+  EXPECT_EQ(Check(one, 30min), Verdict::no);
+}
+
+TEST_F(LoginsTest, SessionsAreListedAndCanBeEnded) {
+  const Request one = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, At({})).cookie);
+  const auto shown = logins_.Sessions(At(1min));
+  ASSERT_EQ(shown.size(), 1U);
+  EXPECT_EQ(shown[0].from, "10.0.0.7");
+  EXPECT_THAT(one.headers.at("cookie"), Not(HasSubstr(shown[0].id)));
+  EXPECT_FALSE(logins_.End("other"));
+  EXPECT_TRUE(logins_.End(shown[0].id));
+  EXPECT_EQ(Check(one, 1min), Verdict::no);
+  EXPECT_TRUE(logins_.Sessions(At(1min)).empty());
+}
+
+class UserLoginsTest : public ::testing::Test {
+ protected:
+  UserLoginsTest() {
+    std::string form = (std::filesystem::temp_directory_path() / "baudgate-logins-XXXXXX").string();
+    folder_ = ::mkdtemp(form.data());
+    users::UserFile file;
+    EXPECT_TRUE(file.Set("anna", Role::operating, "correct horse"));
+    token_ = file.AddToken("anna", WallTime(24h)).value();
+    std::ofstream(folder_ / "users") << file.Text();
+    ::chmod((folder_ / "users").c_str(), 0640);
+    logins_.users().SetFile((folder_ / "users").string());
+  }
+  ~UserLoginsTest() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path folder_;
+  std::string token_;
+  Logins logins_{8502};
+};
+
+TEST_F(UserLoginsTest, AUserLogsInWithAPasswordOrAToken) {
+  EXPECT_TRUE(logins_.NeedsLogin());
+  const auto opened = logins_.OpenOf(From("10.0.0.7"), "anna", "correct horse", true, At({}));
+  ASSERT_EQ(opened.verdict, Verdict::yes);
+  const Logins::Who who = logins_.Check(WithCookie(opened.cookie), At(1min));
+  EXPECT_EQ(who.user, "anna");
+  EXPECT_EQ(who.role, Role::operating);
+  const Request bearer = From("10.0.0.8", "authorization", "Bearer " + token_);
+  EXPECT_EQ(logins_.Check(bearer, At(23h)).user, "anna");
+  EXPECT_EQ(logins_.Check(bearer, At(24h)).verdict, Verdict::no) << "the token has ended";
+}
+
+TEST_F(UserLoginsTest, APasswordIsNotCheckedAfterTooManyWrongOnes) {
+  const auto open = [this](const char* password) {
+    return logins_.OpenOf(From("10.0.0.7"), "anna", password, false, At({})).verdict;
+  };
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(open("wrong horse"), Verdict::no);
+  EXPECT_EQ(open("correct horse"), Verdict::wait) << "it could be guessed";
+  EXPECT_EQ(logins_.OpenOf(From("10.0.0.8"), "anna", "correct horse", false, At({})).verdict,
+            Verdict::yes);
+}
+
+TEST_F(UserLoginsTest, ASessionEndsWhenItsUserIsRemoved) {
+  const auto opened = logins_.OpenOf(From("10.0.0.7"), "anna", "correct horse", true, At({}));
+  std::filesystem::remove(folder_ / "users");
+  logins_.users().SetFile("");
+  logins_.users().SetFile((folder_ / "users").string());
+  EXPECT_EQ(logins_.Check(WithCookie(opened.cookie), At(1min)).verdict, Verdict::no);
 }
 
 TEST_F(LoginsTest, ASessionEndsWithTheLogoutAndWithTheToken) {
-  const Request one = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, kFirst).cookie);
-  const Request other = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, kFirst).cookie);
+  const Request one = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, At({})).cookie);
+  const Request other = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, At({})).cookie);
   EXPECT_THAT(logins_.Close(one), HasSubstr("Max-Age=0"));
-  EXPECT_EQ(logins_.Check(one, kFirst), Verdict::no);
-  EXPECT_EQ(logins_.Check(other, kFirst), Verdict::yes);
+  EXPECT_EQ(Check(one), Verdict::no);
+  EXPECT_EQ(Check(other), Verdict::yes);
   logins_.SetToken(kRight);
-  EXPECT_EQ(logins_.Check(other, kFirst), Verdict::yes) << "the same one";
+  EXPECT_EQ(Check(other), Verdict::yes) << "the same one";
   logins_.SetToken("another-token-of-it");
-  EXPECT_EQ(logins_.Check(other, kFirst), Verdict::no);
+  EXPECT_EQ(Check(other), Verdict::no);
 }
 
 TEST_F(LoginsTest, ProgramsAuthenticateWithTheBearerToken) {
@@ -192,20 +267,19 @@ TEST_F(LoginsTest, ProgramsAuthenticateWithTheBearerToken) {
                   {std::string("Bearer ") + kRight + kRight, Verdict::no},
                   {std::string("Basic ") + kRight, Verdict::no}};
   for (const auto& [header, verdict] : kHeaders) {
-    EXPECT_EQ(logins_.Check(From("10.0.0.7", "authorization", header), kFirst), verdict) << header;
+    EXPECT_EQ(Check(From("10.0.0.7", "authorization", header)), verdict) << header;
   }
 }
 
 TEST_F(LoginsTest, AHostMayTryFiveWrongTokensAMinuteAndTheRightOneAlways) {
   const auto open = [this](const char* peer, const char* token, Duration after) {
-    return logins_.Open(From(peer), token, false, kFirst + after).verdict;
+    return logins_.Open(From(peer), token, false, At(after)).verdict;
   };
   for (int i = 0; i < 5; ++i) EXPECT_EQ(open("2001:db8::7", "wrong", i * 1s), Verdict::no);
   EXPECT_EQ(open("2001:db8::8", "wrong", 59s), Verdict::wait) << "of the same network";
   EXPECT_EQ(open("10.0.0.8", "wrong", 59s), Verdict::no);
   EXPECT_EQ(open("2001:db8::7", kRight, 59s), Verdict::yes);
-  EXPECT_EQ(logins_.Check(From("2001:db8::7", "authorization", std::string("Bearer ") + kRight),
-                          kFirst + 59s),
+  EXPECT_EQ(Check(From("2001:db8::7", "authorization", std::string("Bearer ") + kRight), 59s),
             Verdict::yes);
   EXPECT_EQ(open("2001:db8::7", "wrong", 60s), Verdict::no);
 }
@@ -214,11 +288,11 @@ TEST_F(LoginsTest, AllHostsTogetherMayTryAHundredWrongTokensAMinute) {
   std::size_t answered = 0;
   for (std::size_t i = 0; i < 3 * Logins::kMostGuesses; ++i) {
     const std::string peer = "10.0." + std::to_string(i / 256) + "." + std::to_string(i % 256);
-    const auto verdict = logins_.Open(From(peer), "wrong", false, kFirst + i * 1ms).verdict;
+    const auto verdict = logins_.Open(From(peer), "wrong", false, At(i * 1ms)).verdict;
     if (verdict == Verdict::no) ++answered;
   }
   EXPECT_EQ(answered, Logins::kMostGuesses);
-  EXPECT_EQ(logins_.Open(From("10.0.0.1"), kRight, false, kFirst + 4s).verdict, Verdict::yes);
+  EXPECT_EQ(logins_.Open(From("10.0.0.1"), kRight, false, At(4s)).verdict, Verdict::yes);
 }
 
 TEST_F(LoginsTest, AClientBehindATrustedProxyIsJudgedByItsOwnAddress) {
@@ -235,9 +309,9 @@ TEST_F(LoginsTest, AClientBehindATrustedProxyIsJudgedByItsOwnAddress) {
   EXPECT_EQ(client("10.0.0.5", "unknown"), "");
   EXPECT_EQ(client("10.0.0.5", ""), "");
   Request request = From("10.0.0.5");
-  for (int i = 0; i < 5; ++i) logins_.Open(request, "wrong", false, kFirst);
+  for (int i = 0; i < 5; ++i) logins_.Open(request, "wrong", false, At({}));
   request.forwarded_for = "192.0.2.9";
-  EXPECT_EQ(logins_.Open(request, "wrong", false, kFirst).verdict, Verdict::no);
+  EXPECT_EQ(logins_.Open(request, "wrong", false, At({})).verdict, Verdict::no);
 }
 
 TEST(TokenFile, MustBeReadableByItsOwnerOnly) {

@@ -6,7 +6,7 @@ import {h, setText} from './dom.js';
 import {showLink, showNotices} from './link_bar.js';
 import {parse} from './links.js';
 import {startSearch} from './search.js';
-import {askSession, logOut, session, showLogin} from './session.js';
+import {askSession, lockWhenIdle, logOut, session, showLogin} from './session.js';
 import {start, stop} from './stream.js';
 
 /**
@@ -73,6 +73,7 @@ function login() {
 function beginOnce() {
   if (begun) return;
   begun = true;
+  lockWhenIdle(end);
   if (!session.history) import('./recorder.js').then(({startRecorder}) => startRecorder(), () => {});
   setTimeout(() => Object.values(views).forEach(([, load]) => load().catch(() => {})), 1500);
 }
@@ -92,6 +93,7 @@ async function begin() {
   setText(byId('about'), `baudgate ${session.version || ''}`);
   if (session.needs_token && !session.logged_in) return login();
   byId('logout').hidden = !session.needs_token;
+  byId('logout').title = session.user ? `Logged in as ${session.user} (${session.role})` : '';
   byId('search').hidden = false;
   show(false);
   start();
@@ -107,7 +109,8 @@ byId('skip').addEventListener('click', (event) => {
   event.preventDefault();
   main.focus();
 });
-byId('logout').addEventListener('click', () => logOut().then(login, (error) => emit('notice', error.message)));
+const end = () => logOut().then(login, (error) => emit('notice', error.message));
+byId('logout').addEventListener('click', end);
 addEventListener('hashchange', () => session.gateway !== undefined && show(true));
 on('login', login);
 on('reload', () => askSession().catch(() => {}));

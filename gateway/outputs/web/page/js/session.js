@@ -3,7 +3,10 @@
 import {get, post} from './api.js';
 import {h, setText} from './dom.js';
 
-export const session = {needs_token: false, logged_in: false, acknowledge: false, history: false, events: false};
+export const session = {
+  needs_token: false, users: false, logged_in: false, user: '', role: '', acknowledge: false, write: false, history: false,
+  events: false,
+};
 
 export async function askSession() {
   Object.assign(session, await get('session'));
@@ -12,23 +15,43 @@ export async function askSession() {
 
 export const logOut = () => post('logout');
 
-/** Shows the login form; calls done() when the gateway has accepted the token. */
+/**
+ * Shows the login form; calls done() when the gateway has accepted the login. A gateway with users asks for a user and a
+ * password; without a user the password field takes a token.
+ */
 export function showLogin(main, done) {
   const problem = h('p', {class: 'problem', role: 'alert', hidden: true});
-  const token = h('input', {id: 'token', type: 'password', autocomplete: 'current-password', required: true});
-  const form = h('form', {class: 'login'}, h('h1', {}, 'Log in'),
-      h('label', {for: 'token'}, 'Token of this gateway (in the file that web.token names)'), token, h('button', {type: 'submit'}, 'Log in'), problem);
+  const user = h('input', {id: 'user', autocomplete: 'username', autocapitalize: 'none', spellcheck: 'false'});
+  const secret = h('input', {id: 'token', type: 'password', autocomplete: 'current-password', required: true});
+  const named = session.users
+    ? [h('label', {for: 'user'}, 'User (empty for a token)'), user, h('label', {for: 'token'}, 'Password or token')]
+    : [h('label', {for: 'token'}, 'Token of this gateway (in the file that web.token names)')];
+  const form = h('form', {class: 'login'}, h('h1', {}, 'Log in'), ...named, secret, h('button', {type: 'submit'}, 'Log in'), problem);
   form.addEventListener('submit', async (event) => {
     event.preventDefault();
+    const name = user.value.trim();
     try {
-      await post('login', {token: token.value});
+      await post('login', name ? {user: name, password: secret.value} : {token: secret.value});
       done();
     } catch (error) {
       problem.hidden = false;
       setText(problem, error.message);
-      token.select();
+      secret.select();
     }
   });
   main.replaceChildren(form);
-  token.focus();
+  (session.users ? user : secret).focus();
+}
+
+const IDLE = 30 * 60 * 1000;
+let idle = 0;
+
+/** Logs a user who may operate out when nobody has used the mouse or the keyboard for half an hour. */
+export function lockWhenIdle(lock) {
+  const wait = () => {
+    clearTimeout(idle);
+    if (session.role === 'operator' || session.role === 'engineer') idle = setTimeout(lock, IDLE);
+  };
+  for (const event of ['pointerdown', 'keydown']) addEventListener(event, wait, {passive: true});
+  wait();
 }

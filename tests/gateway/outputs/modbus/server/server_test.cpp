@@ -327,7 +327,8 @@ TEST(ClosedForRoom, FollowsTheTableInItsHeader) {
   };
   EXPECT_EQ(closed({at(kHog, 1s), at(kHog, 3s, true), at(kOther, 1h)}, kNew), 1U)
       << "busy, but the longest idle of a host with two more";
-  EXPECT_EQ(closed({at(kHog, 1s), at(kHog, 2s), at(kOther, 1h)}, kOther), std::nullopt);
+  EXPECT_EQ(closed({at(kHog, 1s), at(kHog, 2s), at(kOther, 1h)}, kOther), 2U) << "its own";
+  EXPECT_EQ(closed({at(kHog, 1s), at(kHog, 2s), at(kOther, 9s)}, kOther), std::nullopt);
   EXPECT_EQ(closed({at(kHog, 11s), at(kHog, 12s), at(kOther, 1h)}, kHog), 1U)
       << "its own, never that of a smaller host";
   EXPECT_EQ(closed({at(kHog, 9s), at(kOther, 8s)}, kNew), std::nullopt);

@@ -1,0 +1,202 @@
+// Tests of `UserFile`, `UserDirectory` and `baudgate users`: who a client is, and what it may do.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/users/user_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "gateway/base/secrets.h"
+#include "gateway/tools/cli/offline/users.h"
+
+namespace baudgate::users {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+const WallTime kNow = ParseWallTime("2027-01-01").value();
+
+TEST(Roles, MayDoWhatTheirTableSays) {
+  const struct {
+    Role role;
+    std::array<bool, 4> may;  // read, operate, configure, audit
+  } kRows[] = {{Role::viewer, {true, false, false, false}},
+               {Role::operating, {true, true, false, false}},
+               {Role::engineer, {true, true, true, false}},
+               {Role::auditor, {true, false, false, true}}};
+  for (const auto& [role, may] : kRows) {
+    for (std::size_t act = 0; act < may.size(); ++act) {
+      EXPECT_EQ(May(role, static_cast<Act>(act)), may[act]) << Name(role) << ' ' << act;
+      if (may[act]) EXPECT_TRUE(May(NeededFor(static_cast<Act>(act)), static_cast<Act>(act)));
+    }
+    EXPECT_EQ(RoleNamed(Name(role)), role);
+  }
+  EXPECT_EQ(RoleNamed("root"), std::nullopt);
+}
+
+TEST(UserFile, IsReadAsItIsWritten) {
+  UserFile file;
+  ASSERT_TRUE(file.Set("anna", Role::operating, "correct horse"));
+  ASSERT_TRUE(file.Set("@scada", Role::viewer, ""));
+  const auto token = file.AddToken("anna", kNow + 24h);
+  ASSERT_TRUE(token);
+  EXPECT_THAT(*token, SizeIs(64));
+  EXPECT_THAT(file.Text(), Not(HasSubstr(*token)));
+  EXPECT_THAT(file.Text(), Not(HasSubstr("correct")));
+  const auto again = UserFile::Parse(file.Text());
+  ASSERT_TRUE(again) << again.error();
+  EXPECT_EQ(again->Text(), file.Text());
+  EXPECT_TRUE(HasHash("correct horse", again->Find("anna")->hash));
+  EXPECT_FALSE(HasHash("correct horse ", again->Find("anna")->hash));
+  EXPECT_EQ(again->Find("@scada")->role, Role::viewer);
+  EXPECT_EQ(again->tokens().at(0).digest, Sha256Hex(*token));
+}
+
+TEST(UserFile, NamesTheLineOfAnError) {
+  const struct {
+    const char* text;
+    const char* says;
+  } kTexts[] = {{"user anna boss -", "line 1: 'boss' is not a role"},
+                {"# comment\n\nuser an:na viewer -", "line 3: 'an:na' is not a name"},
+                {"user anna viewer", "line 1: is not 'user NAME ROLE HASH'"},
+                {"user anna viewer -\nuser anna viewer -", "line 2: 'anna' is listed twice"},
+                {"token anna 2027-01-01 abc", "line 1: there is no user 'anna'"},
+                {"user anna viewer -\ntoken anna soon abc", "line 2: "}};
+  for (const auto& [text, says] : kTexts) {
+    const auto file = UserFile::Parse(text);
+    ASSERT_FALSE(file) << text;
+    EXPECT_THAT(file.error(), HasSubstr(says));
+  }
+}
+
+TEST(UserFile, RefusesShortPasswordsAndStrangeNames) {
+  UserFile file;
+  EXPECT_THAT(file.Set("anna", Role::viewer, "short").error(), HasSubstr("needs 8 to 256"));
+  EXPECT_THAT(file.Set("an na", Role::viewer, "long enough").error(), HasSubstr("is not a name"));
+  EXPECT_THAT(file.Set("@", Role::viewer, "").error(), HasSubstr("is not a name"));
+  EXPECT_THAT(file.AddToken("anna", kNow).error(), HasSubstr("baudgate users add anna"));
+  EXPECT_THAT(file.users(), IsEmpty());
+}
+
+class UserDirectoryTest : public ::testing::Test {
+ protected:
+  UserDirectoryTest() {
+    std::string form = (fs::temp_directory_path() / "baudgate-users-XXXXXX").string();
+    folder_ = ::mkdtemp(form.data());
+    path_ = folder_ / "users";
+  }
+  ~UserDirectoryTest() override { fs::remove_all(folder_); }
+
+  void Write(const UserFile& file, mode_t mode = 0640) const {
+    std::ofstream(path_) << file.Text();
+    ::chmod(path_.c_str(), mode);
+  }
+
+  struct Ran {
+    int code;
+    std::string out;
+    std::string err;
+  };
+  Ran Run(tools::UsersOptions options, const std::string& input = "") const {
+    options.file = path_.string();
+    std::istringstream in(input);
+    std::ostringstream out;
+    std::ostringstream err;
+    const int code = tools::RunUsers(options, in, out, err);
+    return {code, out.str(), err.str()};
+  }
+
+  fs::path folder_;
+  fs::path path_;
+};
+
+using What = tools::UsersOptions::What;
+
+TEST_F(UserDirectoryTest, KnowsUsersByPasswordTokenAndGroup) {
+  UserFile file;
+  ASSERT_TRUE(file.Set("anna", Role::operating, "correct horse"));
+  ASSERT_TRUE(file.Set("meter", Role::viewer, ""));
+  ASSERT_TRUE(file.Set("@root", Role::engineer, ""));
+  const std::string token = file.AddToken("meter", kNow + 24h).value();
+  Write(file);
+  UserDirectory directory;
+  EXPECT_FALSE(directory.is_used());
+  directory.SetFile(path_.string());
+  EXPECT_TRUE(directory.is_used());
+  EXPECT_THAT(directory.Trouble(), IsEmpty());
+  EXPECT_EQ(directory.ByPassword("anna", "correct horse")->role, Role::operating);
+  EXPECT_EQ(directory.ByPassword("anna", "wrong horse"), std::nullopt);
+  EXPECT_EQ(directory.ByPassword("meter", ""), std::nullopt) << "has no password";
+  EXPECT_EQ(directory.ByPassword("nobody", "correct horse"), std::nullopt);
+  EXPECT_EQ(directory.ByToken(token, kNow)->name, "meter");
+  EXPECT_EQ(directory.ByToken(token, kNow + 24h), std::nullopt) << "has ended";
+  EXPECT_EQ(directory.ByToken("", kNow), std::nullopt);
+  const std::array<gid_t, 2> groups = {1234567, 0};
+  EXPECT_EQ(directory.OfSystemUser("anna", {}), Role::operating);
+  EXPECT_EQ(directory.OfSystemUser("otto", groups), Role::engineer) << "by the group root";
+  EXPECT_EQ(directory.OfSystemUser("otto", {}), Role::viewer);
+}
+
+TEST_F(UserDirectoryTest, AFileThatOthersCanReadOrChangeIsNotUsed) {
+  UserFile file;
+  ASSERT_TRUE(file.Set("anna", Role::operating, "correct horse"));
+  Write(file, 0644);
+  UserDirectory directory;
+  directory.SetFile(path_.string());
+  EXPECT_THAT(directory.Trouble(), HasSubstr("chmod o= " + path_.string()));
+  EXPECT_EQ(directory.ByPassword("anna", "correct horse"), std::nullopt);
+  ::chmod(path_.c_str(), 0660);
+  UserDirectory other;
+  other.SetFile(path_.string());
+  if (::getegid() != 0) EXPECT_THAT(other.Trouble(), HasSubstr("chmod go-w"));
+  fs::remove(path_);
+  UserDirectory absent;
+  absent.SetFile(path_.string());
+  EXPECT_THAT(absent.Trouble(), IsEmpty()) << "a file without users";
+  EXPECT_EQ(absent.RoleOf("anna"), std::nullopt);
+}
+
+TEST_F(UserDirectoryTest, TheCommandAddsListsAndRemovesUsers) {
+  EXPECT_EQ(Run({.what = What::add, .file = {}, .name = "anna", .role = "operator"}, "correct horse\n").code, 0);
+  const Ran token = Run({.what = What::token, .file = {}, .name = "anna"});
+  EXPECT_EQ(token.code, 0);
+  EXPECT_THAT(token.out, SizeIs(65)) << "the token alone is on the standard output";
+  struct stat its {};
+  ASSERT_EQ(::stat(path_.c_str(), &its), 0);
+  EXPECT_EQ(its.st_mode & 0777U, 0640U);
+  UserDirectory directory;
+  directory.SetFile(path_.string());
+  EXPECT_TRUE(directory.ByPassword("anna", "correct horse"));
+  EXPECT_TRUE(directory.ByToken(token.out.substr(0, 64), ReadClocks().wall));
+  const std::string list = Run({.what = What::list, .file = {}}).out;
+  EXPECT_THAT(list, HasSubstr("anna  operator  set       20"));
+  EXPECT_EQ(Run({.what = What::remove, .file = {}, .name = "anna"}).code, 0);
+  EXPECT_EQ(Run({.what = What::remove, .file = {}, .name = "anna"}).code, 2);
+}
+
+TEST_F(UserDirectoryTest, TheCommandRefusesWhatItCannotDo) {
+  const auto add = [this](const char* name, const char* role, const char* input) {
+    return Run({.what = What::add, .file = {}, .name = name, .role = role}, input);
+  };
+  EXPECT_THAT(add("anna", "boss", "correct horse\n").err, HasSubstr("'boss' is not a role"));
+  EXPECT_THAT(add("anna", "viewer", "").err, HasSubstr("no password on the standard input"));
+  EXPECT_THAT(add("anna", "viewer", "short\n").err, HasSubstr("needs 8 to 256"));
+  EXPECT_EQ(Run({.what = What::token, .file = {}, .name = "anna"}).code, 2);
+  EXPECT_FALSE(fs::exists(path_)) << "nothing was written";
+  std::ofstream(path_) << "nonsense\n";
+  ::chmod(path_.c_str(), 0640);
+  EXPECT_EQ(add("anna", "viewer", "correct horse\n").code, 4);
+}
+
+}  // namespace
+}  // namespace baudgate::users
