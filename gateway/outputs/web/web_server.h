@@ -88,7 +88,7 @@ class WebServer final : public HttpHandler {
   std::atomic<std::size_t> waiting_ = 0;
   std::atomic<std::size_t> logins_ = 0;
   std::unique_ptr<HttpServer> http_;
-  pki::TlsTexts tls_;  // of http_
+  pki::TlsTexts tls_;  // the certificates that http_ uses
 };
 
 }  // namespace baudgate::web

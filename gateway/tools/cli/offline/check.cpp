@@ -248,7 +248,7 @@ int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostre
   config::Loaded loaded = config::LoadFile(file, catalog);
   std::string security;
   if (loaded.ok()) security = CheckDdsSecurity(loaded.config, ReadClocks().wall, loaded.problems);
-  if (loaded.ok()) CheckWebToken(loaded.config, loaded.problems);
+  if (loaded.ok()) CheckSecurityFiles(loaded.config, ReadClocks().wall, loaded.problems);
   if (loaded.ok()) {
     if (auto taken_back = WhyTakenBack(file, loaded.config)) {
       loaded.problems.push_back(*std::move(taken_back));

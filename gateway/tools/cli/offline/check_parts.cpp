@@ -10,6 +10,8 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
+#include "gateway/outputs/pki/tls_files.h"
+#include "gateway/outputs/users/user_file.h"
 #include "gateway/outputs/web/access.h"
 #include "gateway/outputs/web/metrics.h"
 #include "gateway/records/disk/state_folder.h"
@@ -188,12 +190,38 @@ nlohmann::ordered_json WritesJson(const config::Device& device) {
   return {{"allowed", writes.allowed}, {"off", writes.off}};
 }
 
-void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems) {
-  if (!config.web.on || config.web.token_file.empty()) return;
-  const auto token = web::ReadToken(config.web.token_file);
-  // The problem is only a warning, because the user of `check` perhaps has no permission to read
-  // the file.
-  if (!token) problems.push_back({config.web.token_mark, "file: " + token.error(), true});
+namespace {
+
+/// Returns what is wrong with the users file; empty: nothing.
+std::string WrongUsers(const std::string& file) {
+  const auto users = users::UserFile::Read(file);
+  if (!users) return users.error();
+  if (!users->users().empty()) return {};
+  return file + " has no users; add one: baudgate users add NAME --role engineer";
+}
+
+/// Returns what is wrong with the certificate of the page; empty: nothing.
+std::string WrongCertificate(const config::Web& web, WallTime now) {
+  const auto tls = pki::ReadTls({web.certificate, web.key, web.client_ca});
+  return tls ? pki::EndsSoon(web.certificate, tls->until, now) : tls.error();
+}
+
+}  // namespace
+
+void CheckSecurityFiles(const config::Config& config, WallTime now,
+                        std::vector<config::Problem>& problems) {
+  const auto add = [&problems](const config::Mark& mark, const char* key, const std::string& what) {
+    if (!what.empty()) problems.push_back({mark, key + (": " + what), true});
+  };
+  const config::Web& web = config.web;
+  if (web.on && !web.token_file.empty()) {
+    const auto token = web::ReadToken(web.token_file);
+    add(web.token_mark, "file", token ? std::string() : token.error());
+  }
+  if (web.on && !web.certificate.empty()) {
+    add(web.certificate_mark, "certificate", WrongCertificate(web, now));
+  }
+  if (!config.users.file.empty()) add(config.users.mark, "file", WrongUsers(config.users.file));
 }
 
 void PrintWeb(const config::Config& config, std::ostream& out) {
@@ -202,8 +230,9 @@ void PrintWeb(const config::Config& config, std::ostream& out) {
     out << "web off\n";
     return;
   }
-  out << "web http://" << web.Address() << "/, ";
+  out << (web.certificate.empty() ? "web http://" : "web https://") << web.Address() << "/, ";
   out << (web.token_file.empty() ? "without a token" : "with the token of " + web.token_file);
+  if (!config.users.file.empty()) out << ", with the users of " << config.users.file;
   for (std::size_t i = 0; i < web.allow.size(); ++i) {
     out << (i == 0 ? ", for " : ", ") << web.allow[i].text;
   }

@@ -45,7 +45,10 @@ void PrintWrites(const config::Line& line, std::ostream& out);
 /// allowed. Example: {"allowed":["setting_group"],"off":["reset"]}.
 nlohmann::ordered_json WritesJson(const config::Device& device);
 
-void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems);
+/// Checks the token file, the users file and the certificate of the page. Their problems are
+/// warnings, because the user of `check` perhaps has no permission to read the files.
+void CheckSecurityFiles(const config::Config& config, WallTime now,
+                        std::vector<config::Problem>& problems);
 
 /// Prints the address of the web server, "web http://127.0.0.1:8502/, …", and the number of metric
 /// series; prints "web off" if there is no web server.
