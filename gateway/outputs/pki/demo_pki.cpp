@@ -219,10 +219,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The validity begins this time before now, because clocks differ, and because Fast DDS reads the
-// times of permissions as local times.
-constexpr Duration kClocksDiffer = 24h;
-
 Status WriteNew(const fs::path& path, const std::string& text, mode_t mode) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
   const bool good =

@@ -26,6 +26,10 @@ struct Issued {
   std::string key;
 };
 
+/// The validity of certificates begins this time before now, because clocks differ, and because
+/// Fast DDS reads the times of permissions as local times.
+inline constexpr Duration kClocksDiffer = 24h;
+
 struct Validity {
   WallTime from{};
   WallTime until{};

@@ -21,7 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr Duration kSoon = 30 * 24h;
 constexpr Duration kAuthorityValidity = 10 * 365 * 24h;
-constexpr Duration kClocksDiffer = 24h;
 
 std::string DayOf(WallTime time) { return FormatWallTime(time).substr(0, 10); }
 
