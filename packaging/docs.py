@@ -12,8 +12,8 @@ import re
 import sys
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
-PATTERNS = ["README.md", "CHANGELOG.md", "LICENSE", "docs/**/*.md", "docs/*.svg", "docs/*.png", "docs/NOTICE", "docs/modules.txt",
-            "protocols/**/README.md", "config/examples/*.yaml", "gateway/outputs/dds/baudgate.idl"]
+PATTERNS = ["README.md", "CHANGELOG.md", "SECURITY.md", "LICENSE", "docs/**/*.md", "docs/*.svg", "docs/*.png", "docs/NOTICE",
+            "docs/modules.txt", "docs/vex.json", "protocols/**/README.md", "config/examples/*.yaml", "gateway/outputs/dds/baudgate.idl"]
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]*)(#[^)]*)?\)")
 
 
