@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Called by `packaging/deb.sh --test [ARCH | quick]`, as root: tries the packages in a bare Debian 12 (debootstrap). Installs
 # them, runs the service's own command and the commands of README.md. Then, unless `quick`: upgrades with and without an edited
-# configuration, removes and purges, compares what is left with what was there before, and runs the tests of
-# packaging/debian/tests. There is no systemd in the bare Debian: units are not started.
+# configuration, removes and purges, compares what is left with what was there before, installs from a signed repository
+# (packaging/repo.sh), and runs the tests of packaging/debian/tests. There is no systemd in the bare Debian: units are not started.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
@@ -44,6 +44,13 @@ says() { [ "$("${@:2}")" = "$1" ]; }
 absent() { local path; for path in "$@"; do [ ! -e "$root$path" ] || { echo "$path is there"; return 1; }; done; }
 not() { ! "$@"; }
 
+# sbom_is_right DEB PACKAGE: compares the hashes in the SBOM of a package with its programs.
+sbom_is_right() {
+  rm -rf "$root.tree"
+  dpkg-deb -x "$root$1" "$root.tree"
+  packaging/sbom.py --verify "$root.tree/usr/share/doc/$2/$2.spdx.json" "$root.tree"
+}
+
 # Lists all files except those that running programs write.
 files() {
   (cd "$root" && find . -path ./proc -prune -o -path ./dev -prune -o -path ./tmp -prune -o -path ./packages -prune -o \
@@ -76,6 +83,9 @@ check "installs" apt_install ".$gateway"
 check "without Fast DDS" not inside dpkg-query -W 'libfastrtps*'
 check "its configuration is for the service only" says "640 root:baudgate" inside stat -c '%a %U:%G' $config
 check "its configuration is good" inside baudgate check
+check "the SBOM has the hash of each program" sbom_is_right "$gateway" baudgate
+check "that of baudgate-dds as well" sbom_is_right "$dds" baudgate-dds
+check "the VEX document is plain text" grep -q openvex "$root/usr/share/doc/baudgate/docs/vex.json"
 check "man pages" inside sh -c 'ls /usr/share/man/man1/baudgate.1.gz /usr/share/man/man5/baudgate.yaml.5.gz'
 check "its unit is enabled" inside test -L /etc/systemd/system/multi-user.target.wants/baudgate.service
 check "names of serial adapters" inside test -e /lib/udev/rules.d/70-baudgate.rules
@@ -127,6 +137,25 @@ check "purge" apt_purge baudgate baudgate-dev
 files >"$root.after"
 check "leaves nothing" diff "$root.before" "$root.after"
 check "but its two locked users" says '! !' inside sh -c 'grep -E "^baudgate(-dds)?:" /etc/shadow | cut -d: -f2 | cut -c1 | paste -sd" "'
+
+say "from a signed repository"
+install_packages reprepro gnupg
+export GNUPGHOME=$PWD/$root.keys
+rm -rf "$GNUPGHOME" "$root.repository"
+mkdir -m 700 "$GNUPGHOME"
+quiet gpg --batch --passphrase '' --quick-generate-key 'throw-away key of a test'
+check "repo.sh makes it" packaging/repo.sh "$root.repository" 'throw-away key' "$root$gateway" "$root$dds" "$root$dev"
+check "and adds to it" packaging/repo.sh "$root.repository" 'throw-away key' "$root/packages/later.deb"
+quiet gpgconf --kill all
+cp -r "$root.repository" "$root/repository"
+mkdir -p "$root/etc/apt/keyrings"
+cp "$root.repository/baudgate.gpg" "$root/etc/apt/keyrings/"
+echo "deb [signed-by=/etc/apt/keyrings/baudgate.gpg] file:/repository bookworm main" >"$root/etc/apt/sources.list.d/baudgate.list"
+check "apt trusts it" inside apt-get -qq update --error-on=any
+check "apt installs from it" apt_install baudgate
+check "the newest version" says "$(dpkg-deb -f "$root/packages/later.deb" Version)" inside dpkg-query -W -f '${Version}' baudgate
+sed -i 's/^Description: .*/& changed/' "$root"/repository/dists/bookworm/InRelease
+check "apt refuses a changed one" not inside apt-get -qq update --error-on=any
 
 say "their own tests, by Debian's runner (autopkgtest)"
 if [ "$arch" = "$(dpkg --print-architecture)" ]; then
