@@ -48,7 +48,7 @@ not() { ! "$@"; }
 sbom_is_right() {
   rm -rf "$root.tree"
   dpkg-deb -x "$root$1" "$root.tree"
-  packaging/sbom.py --verify "$root.tree/usr/share/doc/$2/$2.spdx.json" "$root.tree"
+  python3 packaging/sbom.py --verify "$root.tree/usr/share/doc/$2/$2.spdx.json" "$root.tree"
 }
 
 # Lists all files except those that running programs write.
