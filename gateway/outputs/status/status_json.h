@@ -19,6 +19,7 @@
 #include "gateway/outputs/output.h"
 #include "gateway/outputs/status/target.h"
 #include "gateway/records/audit/audit_source.h"
+#include "gateway/records/audit/security_journal.h"
 #include "gateway/records/events/event_source.h"
 #include "gateway/records/history/history_view.h"
 
@@ -68,6 +69,7 @@ struct GatewayInfo {
   std::function<std::optional<WallTime>(std::uint32_t line)> stuck_since{};
   std::function<ReloadState()> reload{};  ///< empty: the gateway does not support reloads
   std::function<FilesState()> files{};    ///< empty: the files are not known
+  audit::SecurityJournal* journal = nullptr;  ///< null: the acts of users are not recorded
 };
 
 /// Returns

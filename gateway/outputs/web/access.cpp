@@ -468,9 +468,9 @@ bool Access::IsSlow(const Request& request) {
 std::optional<Response> Access::Answer(const Request& request, const Now& now) {
   if (request.path == kSession) return Session(request, now);
   if (request.path == kSessions) return Sessions(request, now);
-  if (request.path == kEndSession) return EndSession(request);
+  if (request.path == kEndSession) return EndSession(request, now);
   if (request.path == kLogin) return Login(request, now);
-  if (request.path == kLogout) return Logout(request);
+  if (request.path == kLogout) return Logout(request, now);
   if (request.path == kAcknowledge) return MayNotAcknowledge(request);
   if (request.path == kWrite) return MayNotWrite(request);
   return std::nullopt;
@@ -493,13 +493,13 @@ Response Access::Sessions(const Request& request, const Now& now) {
   return TextResponse(200, kJson, Json{{"sessions", sessions}}.dump());
 }
 
-Response Access::EndSession(const Request& request) {
+Response Access::EndSession(const Request& request, const Now& now) {
   if (!request.role || !May(*request.role, Act::configure)) {
     return NeedsRole(request, Act::configure);
   }
   const std::string id = FieldOf(request, "id");
   if (!logins_.End(id)) return Problem(404, "there is no session with the id " + Quoted(id));
-  log::Info("web: {} has ended session {}", request.Origin(), id);
+  Note("session", request.user, request, "end session " + id, "ok", now);
   return Empty(204);
 }
 
@@ -557,18 +557,29 @@ Response Access::Login(const Request& request, const Now& now) {
                    : logins_.OpenOf(request, user, FieldOf(request, "password"), secure, now);
   if (opened.verdict == Logins::Verdict::wait) return WaitAMinute();
   if (opened.verdict == Logins::Verdict::no) {
-    const char* const what = user.empty() ? "token" : "password";
-    log::WarnFolded("web: wrong login from " + HostOf(request.client()), "web: a wrong {} from {}",
-                    what, request.client());
+    Note("login", user, request, "page", user.empty() ? "wrong token" : "wrong user or password",
+         now);
     return user.empty() ? Problem(401, "wrong token; enter the token of this gateway")
                         : Problem(401, "wrong user or password");
   }
+  Note("login", user, request, "page", "ok", now);
   Response response = Empty(204);
   if (!opened.cookie.empty()) response.headers.emplace_back("Set-Cookie", opened.cookie);
   return response;
 }
 
-Response Access::Logout(const Request& request) {
+void Access::Note(const char* kind, const std::string& who, const Request& request,
+                  const std::string& what, const std::string& result, const Now& now) const {
+  if (journal_ != nullptr) {
+    journal_->Note({kind, who.empty() ? "token" : who, request.client(), what, result}, now.wall);
+  } else if (result != "ok") {
+    log::WarnFolded("web: login of " + HostOf(request.client()), "web: {} from {}: {}", kind,
+                    request.client(), result);
+  }
+}
+
+Response Access::Logout(const Request& request, const Now& now) {
+  if (logins_.NeedsLogin()) Note("logout", request.user, request, "page", "ok", now);
   Response response = Empty(204);
   response.headers.emplace_back("Set-Cookie", logins_.Close(request));
   return response;

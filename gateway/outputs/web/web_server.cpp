@@ -131,7 +131,7 @@ Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config:
 
 WebServer::WebServer(const config::Config& config, LiveApi::Links links, const Limits& limits)
     : limits_(limits),
-      access_(config.web.listen.port, links.info.version, links.info.events),
+      access_(config.web.listen.port, links.info.version, links.info.events, links.info.journal),
       live_(config, links, live_loop_.io()),
       past_(config, links.store, links.lines, links.info, past_loop_.io()) {
   access_.SetHistory(links.info.history != nullptr);

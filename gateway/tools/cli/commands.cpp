@@ -211,6 +211,20 @@ void AddUsers(CLI::App& app, Action& action) {
   add("list", "List users, roles and the ends of tokens", What::list, "baudgate users list");
 }
 
+void AddAudit(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("audit", "Show or verify logins and acts of users");
+  SetExample(*command, "baudgate audit --verify");
+  auto options = std::make_shared<JournalOptions>();
+  AddConfig(*command, options->config);
+  command->add_flag("--verify", options->verify, "Check that no row was changed or is missing");
+  command->add_flag("--json", options->json, "Print one JSON object per line");
+  command->callback([options, &action] {
+    action = [options](const auto& catalog) {
+      return RunAudit(*options, catalog, std::cout, std::cerr);
+    };
+  });
+}
+
 void AddMap(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("map", "Print the registers and topics of every point");
   SetExample(*command, "baudgate map -c baudgate.yaml");
@@ -344,6 +358,7 @@ void AddCommands(CLI::App& app, Action& action) {
   AddCheck(app, action);
   AddCerts(app, action);
   AddUsers(app, action);
+  AddAudit(app, action);
   AddMap(app, action);
   AddWatch(app, action);
   AddDiscoveryServer(app, action);

@@ -11,14 +11,19 @@
 #include <cstdio>
 #include <cstring>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "config/loader.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/system_trouble.h"
 #include "gateway/base/text.h"
 #include "gateway/base/time.h"
 #include "gateway/base/whole_file.h"
 #include "gateway/outputs/users/user_file.h"
+#include "gateway/records/audit/security_journal.h"
+#include "gateway/records/disk/state_folder.h"
+#include "gateway/tools/cli/offline/check.h"
 
 namespace baudgate::tools {
 namespace {
@@ -159,6 +164,44 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
   if (!Write(*users, options.file, err)) return kExitCanNot;
   out << done << '\n';
   return kExitDone;
+}
+
+int RunAudit(const JournalOptions& options, const config::Catalog& catalog, std::ostream& out,
+             std::ostream& err) {
+  const config::Loaded loaded = config::LoadFile(options.config, catalog);
+  if (!loaded.ok()) {
+    PrintProblems(loaded.problems, err);
+    return kExitBadConfiguration;
+  }
+  const auto folder = records::StateFolderOf(records::StatePlaces::Here(loaded.config.state),
+                                             loaded.config.name);
+  const auto check = audit::VerifyJournal(folder);
+  if (!check) {
+    err << "audit: " << check.error() << '\n';
+    return kExitCanNot;
+  }
+  for (const audit::JournalRow& row : check->rows) {
+    if (options.verify) break;
+    const audit::SecurityEvent& event = row.event;
+    if (options.json) {
+      out << nlohmann::ordered_json{{"n", row.number},      {"time", row.time},
+                                    {"kind", event.kind},   {"who", event.who},
+                                    {"from", event.from},   {"what", event.what},
+                                    {"result", event.result}}
+                 .dump()
+          << '\n';
+    } else {
+      out << fmt::format("{:>6}  {}  {:<8} {}{}  {}: {}\n", row.number, row.time, event.kind,
+                         event.who, event.from.empty() ? "" : " from " + event.from, event.what,
+                         event.result);
+    }
+  }
+  for (const std::string& fault : check->faults) err << "audit: " << fault << '\n';
+  if (options.verify && check->faults.empty()) {
+    out << fmt::format("{} rows, none was changed; the hash of the last row is {}\n",
+                       check->rows.size(), check->last_hash);
+  }
+  return check->faults.empty() ? kExitDone : 1;
 }
 
 }  // namespace baudgate::tools
