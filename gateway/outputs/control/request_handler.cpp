@@ -374,13 +374,17 @@ const std::vector<Command>& Commands() {
   static const std::vector<Command> commands = {
       {"status", read, {{"target"}}, ShowStatus},
       {"read", read, {{"target"}}, Read},
-      {"write", operate, {{"target"}, {"value"}, {"confirm", flag}, {"client"}, {"seq", whole}}, Write},
+      {"write",
+       operate,
+       {{"target"}, {"value"}, {"confirm", flag}, {"client"}, {"seq", whole}},
+       Write},
       {"may_write", read, {{"target"}, {"value"}}, MayWrite},
       {"ask", configure, {{"target"}, {"telegram"}, {"write", flag}}, Ask},
       {"writes", audit, {{"after", whole}, {"since_ms", whole}, {"order"}}, ShowWrites, true},
       {"events", read, {{"after", whole}, {"since_ms", whole}, {"target"}}, ShowEvents, true},
       {"alarms", read, {{"after", whole}}, ShowAlarms},
-      {"history", read,
+      {"history",
+       read,
        {{"point"},
         {"after", two_wholes},
         {"since_ms", whole},
@@ -391,7 +395,10 @@ const std::vector<Command>& Commands() {
       {"kept_points", read, {{"pattern"}}, ShowKeptPoints},
       {"ack", operate, {{"target"}}, Acknowledge},
       {"settings", read, {{"target"}}, ShowSettings},
-      {"release", operate, {{"target"}, {"for_ms", whole}, {"tcp"}, {"rfc2217", flag}, {"allow"}}, Release},
+      {"release",
+       operate,
+       {{"target"}, {"for_ms", whole}, {"tcp"}, {"rfc2217", flag}, {"allow"}},
+       Release},
       {"take_back", operate, {{"target"}}, TakeBack},
       {"enable", operate, {{"target"}}, Enable},
       {"disable", operate, {{"target"}}, Disable},
@@ -509,8 +516,7 @@ std::string NoCommand(const std::string& name) {
 /// True for commands that the security journal records: those that change something. The audit has
 /// the records of writes.
 bool IsRecorded(const Command& command) {
-  return command.name != "write" &&
-         (command.act == Act::operate || command.act == Act::configure);
+  return command.name != "write" && (command.act == Act::operate || command.act == Act::configure);
 }
 
 /// Returns the command with its target and options, without the telegram of `ask`, which can
@@ -583,8 +589,8 @@ Reply RequestHandler::Answer(std::string_view request, const bus::Writer& client
   }
   std::function<void(const status::Json&)> note = [](const status::Json&) {};
   if (present->info.journal != nullptr && IsRecorded(*command)) {
-    note = [journal = present->info.journal, who = client.name, what = WhatOf(*command, json)](
-               const status::Json& answer) {
+    note = [journal = present->info.journal, who = client.name,
+            what = WhatOf(*command, json)](const status::Json& answer) {
       journal->Note({"command", who, {}, what, ResultOf(answer)}, ReadClocks().wall);
     };
   }

@@ -477,8 +477,8 @@ std::optional<Response> Access::Answer(const Request& request, const Now& now) {
 }
 
 Response Access::Sessions(const Request& request, const Now& now) {
-  const bool may = request.role && (May(*request.role, Act::audit) ||
-                                    May(*request.role, Act::configure));
+  const bool may =
+      request.role && (May(*request.role, Act::audit) || May(*request.role, Act::configure));
   if (!may) return NeedsRole(request, Act::audit);
   Json sessions = Json::array();
   for (const Logins::Shown& one : logins_.Sessions(now)) {
@@ -514,7 +514,8 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
   return Problem(
       403,
       its->acknowledge || request.role
-          ? "alarms can be acknowledged only over TLS (web.certificate, or a proxy in web.proxies), "
+          ? "alarms can be acknowledged only over TLS (web.certificate, or a proxy in "
+            "web.proxies), "
             "or from the gateway's machine"
           : "alarms cannot be acknowledged on this page; see web.acknowledge in the configuration");
 }
@@ -522,9 +523,10 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
 std::optional<Response> Access::MayNotWrite(const Request& request) const {
   if (!request.role || !May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
   if (IsPrivate(*web(), request)) return std::nullopt;
-  return Problem(403,
-                 "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
-                 "or from the gateway's machine");
+  return Problem(
+      403,
+      "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
+      "or from the gateway's machine");
 }
 
 Response Access::Session(const Request& request, const Now& now) {

@@ -19,8 +19,8 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/outputs/users/user_file.h"
-#include "gateway/records/audit/security_journal.h"
 #include "gateway/outputs/web/request.h"
+#include "gateway/records/audit/security_journal.h"
 #include "gateway/records/events/event_source.h"
 
 namespace baudgate::web {

@@ -8,8 +8,8 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <thread>
 #include <nlohmann/json.hpp>
+#include <thread>
 #include <utility>
 
 #include "gateway/base/guarded.h"
@@ -198,11 +198,11 @@ void SecurityJournal::Note(SecurityEvent event, WallTime now) {
   for (std::string* text : {&event.who, &event.from, &event.what, &event.result}) {
     *text = Clipped(std::move(*text));
   }
-  log::WriteAct(log::Level::info,
-                {.fields = {{"SECURITY", event.kind}, {"WHO", event.who}, {"FROM", event.from}}},
-                fmt::format("security: {} {}{}: {}: {}", event.kind, event.who,
-                            event.from.empty() ? "" : " from " + event.from, event.what,
-                            event.result));
+  log::WriteAct(
+      log::Level::info,
+      {.fields = {{"SECURITY", event.kind}, {"WHO", event.who}, {"FROM", event.from}}},
+      fmt::format("security: {} {}{}: {}: {}", event.kind, event.who,
+                  event.from.empty() ? "" : " from " + event.from, event.what, event.result));
   {
     const MutexLock lock(file_->mutex);
     if (file_->its_folder.empty()) return;

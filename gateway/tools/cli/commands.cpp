@@ -196,14 +196,12 @@ void AddUsers(CLI::App& app, Action& action) {
     });
     return std::pair(command, options);
   };
-  const auto [adds, added] =
-      add("add", "Add a user, or give a user another role and password", What::add,
-          "baudgate users add anna --role operator");
+  const auto [adds, added] = add("add", "Add a user, or give a user another role and password",
+                                 What::add, "baudgate users add anna --role operator");
   adds->add_option("--role", added->role, "viewer, operator, engineer or auditor")->required();
   adds->add_flag("--no-password", added->no_password, "The user can log in only with tokens");
-  const auto [tokens, token] =
-      add("token", "Make a token for a program and print it once", What::token,
-          "baudgate users token prometheus --days 365");
+  const auto [tokens, token] = add("token", "Make a token for a program and print it once",
+                                   What::token, "baudgate users token prometheus --days 365");
   tokens->add_option("--days", token->days, "Days until the token ends")
       ->check(CLI::Range(1, 3650))
       ->capture_default_str();

@@ -87,8 +87,8 @@ bool Write(const users::UserFile& users, const std::string& file, std::ostream& 
   const group* const service = existed ? nullptr : ::getgrnam("baudgate");
   const gid_t gid = existed ? before.st_gid : service != nullptr ? service->gr_gid : ::getegid();
   if (gid != ::getegid() && ::chown(file.c_str(), static_cast<uid_t>(-1), gid) != 0) {
-    err << "users: the gateway may not be able to read " << file
-        << "; run: sudo chgrp baudgate " << file << '\n';
+    err << "users: the gateway may not be able to read " << file << "; run: sudo chgrp baudgate "
+        << file << '\n';
   }
   return true;
 }
@@ -96,7 +96,8 @@ bool Write(const users::UserFile& users, const std::string& file, std::ostream& 
 void Print(const users::UserFile& users, std::ostream& out) {
   std::size_t width = 4;
   for (const users::User& user : users.users()) width = std::max(width, user.name.size());
-  out << fmt::format("{:<{}}  {:<8}  {:<8}  tokens valid until\n", "user", width, "role", "password");
+  out << fmt::format("{:<{}}  {:<8}  {:<8}  tokens valid until\n", "user", width, "role",
+                     "password");
   for (const users::User& user : users.users()) {
     std::string until;
     for (const users::Token& token : users.tokens()) {
@@ -173,8 +174,8 @@ int RunAudit(const JournalOptions& options, const config::Catalog& catalog, std:
     PrintProblems(loaded.problems, err);
     return kExitBadConfiguration;
   }
-  const auto folder = records::StateFolderOf(records::StatePlaces::Here(loaded.config.state),
-                                             loaded.config.name);
+  const auto folder =
+      records::StateFolderOf(records::StatePlaces::Here(loaded.config.state), loaded.config.name);
   const auto check = audit::VerifyJournal(folder);
   if (!check) {
     err << "audit: " << check.error() << '\n';
@@ -184,9 +185,9 @@ int RunAudit(const JournalOptions& options, const config::Catalog& catalog, std:
     if (options.verify) break;
     const audit::SecurityEvent& event = row.event;
     if (options.json) {
-      out << nlohmann::ordered_json{{"n", row.number},      {"time", row.time},
-                                    {"kind", event.kind},   {"who", event.who},
-                                    {"from", event.from},   {"what", event.what},
+      out << nlohmann::ordered_json{{"n", row.number},       {"time", row.time},
+                                    {"kind", event.kind},    {"who", event.who},
+                                    {"from", event.from},    {"what", event.what},
                                     {"result", event.result}}
                  .dump()
           << '\n';

@@ -167,7 +167,10 @@ TEST_F(UserDirectoryTest, AFileThatOthersCanReadOrChangeIsNotUsed) {
 }
 
 TEST_F(UserDirectoryTest, TheCommandAddsListsAndRemovesUsers) {
-  EXPECT_EQ(Run({.what = What::add, .file = {}, .name = "anna", .role = "operator"}, "correct horse\n").code, 0);
+  EXPECT_EQ(
+      Run({.what = What::add, .file = {}, .name = "anna", .role = "operator"}, "correct horse\n")
+          .code,
+      0);
   const Ran token = Run({.what = What::token, .file = {}, .name = "anna"});
   EXPECT_EQ(token.code, 0);
   EXPECT_THAT(token.out, SizeIs(65)) << "the token alone is on the standard output";
