@@ -457,6 +457,7 @@ std::optional<Response> Access::NeedsLogin(const Request& request, const Now& no
 
 void Access::WhoAsks(Request& request, const Now& now) {
   Logins::Who who = logins_.Check(request, now, false);
+  request.logged_in = who.verdict == Logins::Verdict::yes;
   request.user = std::move(who.user);
   request.role = who.role;
 }
@@ -466,7 +467,7 @@ bool Access::IsSlow(const Request& request) {
 }
 
 std::optional<Response> Access::Answer(const Request& request, const Now& now) {
-  if (request.path == kSession) return Session(request, now);
+  if (request.path == kSession) return Session(request);
   if (request.path == kSessions) return Sessions(request, now);
   if (request.path == kEndSession) return EndSession(request, now);
   if (request.path == kLogin) return Login(request, now);
@@ -529,23 +530,19 @@ std::optional<Response> Access::MayNotWrite(const Request& request) const {
       "or from the gateway's machine");
 }
 
-Response Access::Session(const Request& request, const Now& now) {
-  const Logins::Who who = logins_.Check(request, now, false);
-  const bool in = who.verdict == Logins::Verdict::yes;
-  Request asked = request;
-  asked.user = who.user;
-  asked.role = who.role;
+Response Access::Session(const Request& request) const {
   Json json = {{"needs_token", logins_.NeedsLogin()},
                {"users", logins_.users().is_used()},
-               {"logged_in", in},
-               {"user", who.user},
-               {"role", who.role ? Name(*who.role) : ""},
-               {"acknowledge", !MayNotAcknowledge(asked)},
-               {"write", !MayNotWrite(asked)}};
+               {"logged_in", request.logged_in},
+               {"user", request.user},
+               {"role", request.role ? Name(*request.role) : ""},
+               {"acknowledge", !MayNotAcknowledge(request)},
+               {"write", !MayNotWrite(request)}};
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
-  json["version"] = in ? version_ : "";  // clients that are not logged in do not need the version
+  json["version"] =
+      request.logged_in ? version_ : "";  // clients that are not logged in do not need the version
   json["history"] = history_;
   json["events"] = events;
   return TextResponse(200, kJson, json.dump());

@@ -163,7 +163,7 @@ class Access {
   /// Returns Request::forwarded_for of the request.
   std::string ClientBehind(const Request& request) const { return ForwardedFor(*web(), request); }
   std::optional<Response> Refuse(const Request& request, const Now& now);
-  /// Sets the user and the role of the request. Must be called before Answer.
+  /// Sets logged_in, user and role of the request. Must be called before Answer.
   void WhoAsks(Request& request, const Now& now);
   /// True if the request is a login with a password, so Answer takes a tenth of a second.
   static bool IsSlow(const Request& request);
@@ -174,7 +174,7 @@ class Access {
  private:
   std::shared_ptr<const config::Web> web() const;
   std::optional<Response> NeedsLogin(const Request& request, const Now& now);
-  Response Session(const Request& request, const Now& now);
+  Response Session(const Request& request) const;
   Response Sessions(const Request& request, const Now& now);
   Response EndSession(const Request& request, const Now& now);
   Response Login(const Request& request, const Now& now);
