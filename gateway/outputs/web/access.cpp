@@ -530,7 +530,7 @@ std::optional<Response> Access::MayNotWrite(const Request& request) const {
       "or from the gateway's machine");
 }
 
-Response Access::Session(const Request& request) const {
+Response Access::Session(const Request& request) {
   Json json = {{"needs_token", logins_.NeedsLogin()},
                {"users", logins_.users().is_used()},
                {"logged_in", request.logged_in},

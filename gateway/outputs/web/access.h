@@ -174,7 +174,7 @@ class Access {
  private:
   std::shared_ptr<const config::Web> web() const;
   std::optional<Response> NeedsLogin(const Request& request, const Now& now);
-  Response Session(const Request& request) const;
+  Response Session(const Request& request);
   Response Sessions(const Request& request, const Now& now);
   Response EndSession(const Request& request, const Now& now);
   Response Login(const Request& request, const Now& now);
