@@ -200,6 +200,8 @@ void Line::OnOpened(Instant now, bool keeps_bit_rate) {
   state_ = State::idle;
   last_activity_ = now;
   ended_ = now;
+  second_ = {};
+  second_before_ = {};
   if (unasked_) unasked_->Begin(now);
 }
 

@@ -95,7 +95,8 @@ Result<std::vector<std::string>> WriteServerFiles(const std::string& folder,
     written.push_back(file.string());
     return {};
   };
-  constexpr fs::perms kSecret = fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read;
+  constexpr fs::perms kSecret =
+      fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read;
   constexpr fs::perms kPublic = kSecret | fs::perms::others_read;
   Issued authority;
   if (fs::exists(root / "ca.key")) {
@@ -105,8 +106,8 @@ Result<std::vector<std::string>> WriteServerFiles(const std::string& folder,
     if (!certificate) return Error{(root / "ca.pem").string() + " " + certificate.error()};
     authority = {*certificate, *key};
   } else {
-    auto made = MakeAuthority("baudgate authority",
-                              {now - kClocksDiffer, now + kAuthorityValidity});
+    auto made =
+        MakeAuthority("baudgate authority", {now - kClocksDiffer, now + kAuthorityValidity});
     if (!made) return Error{made.error()};
     authority = std::move(*made);
     if (Status status = write("ca.key", authority.key, fs::perms::owner_read); !status) {
@@ -116,8 +117,7 @@ Result<std::vector<std::string>> WriteServerFiles(const std::string& folder,
       return Error{status.error()};
     }
   }
-  const auto identity =
-      IssueServer(authority, names, {now - kClocksDiffer, now + kServerValidity});
+  const auto identity = IssueServer(authority, names, {now - kClocksDiffer, now + kServerValidity});
   if (!identity) return Error{identity.error()};
   if (Status status = write("gateway.key", identity->key, kSecret); !status) {
     return Error{status.error()};

@@ -60,7 +60,8 @@ std::optional<gid_t> GroupOf(const std::string& name) {
 
 std::string HashOf(std::string_view password) {
   std::array<char, CRYPT_GENSALT_OUTPUT_SIZE> salt{};
-  if (::crypt_gensalt_rn(kScrypt, kCost, nullptr, 0, salt.data(), salt.size()) == nullptr) return {};
+  if (::crypt_gensalt_rn(kScrypt, kCost, nullptr, 0, salt.data(), salt.size()) == nullptr)
+    return {};
   crypt_data data{};
   const char* const hash =
       ::crypt_rn(std::string(password).c_str(), salt.data(), &data, sizeof data);

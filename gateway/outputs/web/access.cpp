@@ -457,6 +457,7 @@ std::optional<Response> Access::NeedsLogin(const Request& request, const Now& no
 
 void Access::WhoAsks(Request& request, const Now& now) {
   Logins::Who who = logins_.Check(request, now, false);
+  request.logged_in = who.verdict == Logins::Verdict::yes;
   request.user = std::move(who.user);
   request.role = who.role;
 }
@@ -466,19 +467,19 @@ bool Access::IsSlow(const Request& request) {
 }
 
 std::optional<Response> Access::Answer(const Request& request, const Now& now) {
-  if (request.path == kSession) return Session(request, now);
+  if (request.path == kSession) return Session(request);
   if (request.path == kSessions) return Sessions(request, now);
-  if (request.path == kEndSession) return EndSession(request);
+  if (request.path == kEndSession) return EndSession(request, now);
   if (request.path == kLogin) return Login(request, now);
-  if (request.path == kLogout) return Logout(request);
+  if (request.path == kLogout) return Logout(request, now);
   if (request.path == kAcknowledge) return MayNotAcknowledge(request);
   if (request.path == kWrite) return MayNotWrite(request);
   return std::nullopt;
 }
 
 Response Access::Sessions(const Request& request, const Now& now) {
-  const bool may = request.role && (May(*request.role, Act::audit) ||
-                                    May(*request.role, Act::configure));
+  const bool may =
+      request.role && (May(*request.role, Act::audit) || May(*request.role, Act::configure));
   if (!may) return NeedsRole(request, Act::audit);
   Json sessions = Json::array();
   for (const Logins::Shown& one : logins_.Sessions(now)) {
@@ -493,13 +494,13 @@ Response Access::Sessions(const Request& request, const Now& now) {
   return TextResponse(200, kJson, Json{{"sessions", sessions}}.dump());
 }
 
-Response Access::EndSession(const Request& request) {
+Response Access::EndSession(const Request& request, const Now& now) {
   if (!request.role || !May(*request.role, Act::configure)) {
     return NeedsRole(request, Act::configure);
   }
   const std::string id = FieldOf(request, "id");
   if (!logins_.End(id)) return Problem(404, "there is no session with the id " + Quoted(id));
-  log::Info("web: {} has ended session {}", request.Origin(), id);
+  Note("session", request.user, request, "end session " + id, "ok", now);
   return Empty(204);
 }
 
@@ -514,7 +515,8 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
   return Problem(
       403,
       its->acknowledge || request.role
-          ? "alarms can be acknowledged only over TLS (web.certificate, or a proxy in web.proxies), "
+          ? "alarms can be acknowledged only over TLS (web.certificate, or a proxy in "
+            "web.proxies), "
             "or from the gateway's machine"
           : "alarms cannot be acknowledged on this page; see web.acknowledge in the configuration");
 }
@@ -522,28 +524,25 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
 std::optional<Response> Access::MayNotWrite(const Request& request) const {
   if (!request.role || !May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
   if (IsPrivate(*web(), request)) return std::nullopt;
-  return Problem(403,
-                 "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
-                 "or from the gateway's machine");
+  return Problem(
+      403,
+      "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
+      "or from the gateway's machine");
 }
 
-Response Access::Session(const Request& request, const Now& now) {
-  const Logins::Who who = logins_.Check(request, now, false);
-  const bool in = who.verdict == Logins::Verdict::yes;
-  Request asked = request;
-  asked.user = who.user;
-  asked.role = who.role;
+Response Access::Session(const Request& request) {
   Json json = {{"needs_token", logins_.NeedsLogin()},
                {"users", logins_.users().is_used()},
-               {"logged_in", in},
-               {"user", who.user},
-               {"role", who.role ? Name(*who.role) : ""},
-               {"acknowledge", !MayNotAcknowledge(asked)},
-               {"write", !MayNotWrite(asked)}};
+               {"logged_in", request.logged_in},
+               {"user", request.user},
+               {"role", request.role ? Name(*request.role) : ""},
+               {"acknowledge", !MayNotAcknowledge(request)},
+               {"write", !MayNotWrite(request)}};
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
-  json["version"] = in ? version_ : "";  // clients that are not logged in do not need the version
+  json["version"] =
+      request.logged_in ? version_ : "";  // clients that are not logged in do not need the version
   json["history"] = history_;
   json["events"] = events;
   return TextResponse(200, kJson, json.dump());
@@ -557,18 +556,29 @@ Response Access::Login(const Request& request, const Now& now) {
                    : logins_.OpenOf(request, user, FieldOf(request, "password"), secure, now);
   if (opened.verdict == Logins::Verdict::wait) return WaitAMinute();
   if (opened.verdict == Logins::Verdict::no) {
-    const char* const what = user.empty() ? "token" : "password";
-    log::WarnFolded("web: wrong login from " + HostOf(request.client()), "web: a wrong {} from {}",
-                    what, request.client());
+    Note("login", user, request, "page", user.empty() ? "wrong token" : "wrong user or password",
+         now);
     return user.empty() ? Problem(401, "wrong token; enter the token of this gateway")
                         : Problem(401, "wrong user or password");
   }
+  Note("login", user, request, "page", "ok", now);
   Response response = Empty(204);
   if (!opened.cookie.empty()) response.headers.emplace_back("Set-Cookie", opened.cookie);
   return response;
 }
 
-Response Access::Logout(const Request& request) {
+void Access::Note(const char* kind, const std::string& who, const Request& request,
+                  const std::string& what, const std::string& result, const Now& now) const {
+  if (journal_ != nullptr) {
+    journal_->Note({kind, who.empty() ? "token" : who, request.client(), what, result}, now.wall);
+  } else if (result != "ok") {
+    log::WarnFolded("web: login of " + HostOf(request.client()), "web: {} from {}: {}", kind,
+                    request.client(), result);
+  }
+}
+
+Response Access::Logout(const Request& request, const Now& now) {
+  if (logins_.NeedsLogin()) Note("logout", request.user, request, "page", "ok", now);
   Response response = Empty(204);
   response.headers.emplace_back("Set-Cookie", logins_.Close(request));
   return response;
