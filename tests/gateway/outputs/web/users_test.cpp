@@ -103,8 +103,9 @@ TEST_F(WebUsersTest, OnlyARoleThatMayWritesAPoint) {
   EXPECT_EQ(write(As("otto")).status, 200);
   EXPECT_EQ(write(As("anna") + "X-Forwarded-For: 10.0.0.9\r\n").status, 403)
       << "not private: it came through a proxy without TLS";
-  EXPECT_EQ(Client().Post("/api/v1/write", R"({"point":"bay-1.feeder-1.none","value":2})",
-                          As("anna")).status,
+  EXPECT_EQ(Client()
+                .Post("/api/v1/write", R"({"point":"bay-1.feeder-1.none","value":2})", As("anna"))
+                .status,
             400);
   EXPECT_EQ(Client().Post("/api/v1/write", "{}", As("anna")).status, 400);
 }
@@ -135,11 +136,14 @@ TEST_F(WebUsersTest, CommandsNeedTheirRoleAndAreRecorded) {
   constexpr const char* kDisable = R"({"command":"disable","target":"bay-1.feeder-1"})";
   EXPECT_THAT(ask(Role::viewer, kDisable), HasSubstr("\"error\":\"denied\""));
   EXPECT_THAT(ask(Role::operating, kDisable), Not(HasSubstr("error")));
-  EXPECT_THAT(ask(Role::operating, R"({"command":"confirm"})"), HasSubstr("needs the role engineer"));
+  EXPECT_THAT(ask(Role::operating, R"({"command":"confirm"})"),
+              HasSubstr("needs the role engineer"));
   EXPECT_THAT(ask(Role::engineer, R"({"command":"writes"})"), HasSubstr("needs the role auditor"));
   EXPECT_THAT(ask(std::nullopt, R"({"command":"status"})"), Not(HasSubstr("denied")));
   const auto rows = Journal();
-  EXPECT_THAT(rows, Contains(HasSubstr("denied user:anna disable bay-1.feeder-1 user:anna has the role viewer")));
+  EXPECT_THAT(
+      rows,
+      Contains(HasSubstr("denied user:anna disable bay-1.feeder-1 user:anna has the role viewer")));
   EXPECT_THAT(rows, Contains("command user:anna disable bay-1.feeder-1 ok"));
   EXPECT_THAT(rows, Not(Contains(HasSubstr("status"))));
 }
@@ -158,7 +162,8 @@ std::string GetByTls(std::uint16_t port, const fs::path& ca, const std::string& 
   SSL_set_fd(ssl, raw.socket());
   std::string answer;
   if (SSL_connect(ssl) == 1) {
-    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n";
+    const std::string request =
+        "GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n";
     SSL_write(ssl, request.data(), static_cast<int>(request.size()));
     char bytes[4096];
     for (int got = 0; (got = SSL_read(ssl, bytes, sizeof bytes)) > 0;) {
@@ -171,7 +176,8 @@ std::string GetByTls(std::uint16_t port, const fs::path& ca, const std::string& 
 }
 
 TEST_F(WebUsersTest, ThePageSpeaksTls) {
-  const auto made = pki::WriteServerFiles(folder_ / "tls", {"localhost", "127.0.0.1"}, ReadClocks().wall);
+  const auto made =
+      pki::WriteServerFiles(folder_ / "tls", {"localhost", "127.0.0.1"}, ReadClocks().wall);
   ASSERT_TRUE(made) << made.error();
   config_.web.certificate = folder_ / "tls/gateway.pem";
   config_.web.key = folder_ / "tls/gateway.key";
