@@ -214,14 +214,15 @@ modbus:
     - {{ at: "127.0.0.1:{small}", max_clients: 64 }}
   routes:
     - {{ units: 1-10, line: bus }}
-    - {{ units: 11-20, server: "127.0.0.1:{elsewhere}", offset: -10 }}
+    - {{ units: 11-20, server: "127.0.0.1:{elsewhere}", remap: 1 }}
 lines:
   - {{ name: bus, port: {folder}/bus, protocol: modbus_rtu, devices: [ {{ name: drive, address: 5, unit: 50, profile: {folder}/drive.yaml, write: allow }} ] }}
 """
     (folder / "drive.yaml").write_text("""
+device: drive
 points:
-  - { name: speed, read: holding 0, write: holding 0, type: uint16, access: rw }
-  - { name: torque, read: holding 1, write: holding 1, type: uint16, access: rw }
+  - { name: speed, read: holding 0, write: holding 0, type: uint16, access: rw, modbus: 0 }
+  - { name: torque, read: holding 1, write: holding 1, type: uint16, access: rw, modbus: 1 }
 """)
     (folder / "gateway.yaml").write_text(config)
     (folder / "elsewhere.yaml").write_text(server)
