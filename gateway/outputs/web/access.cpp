@@ -66,13 +66,14 @@ Result<std::string> ReadToken(const std::string& file) {
   const std::string_view text(bytes.data(), static_cast<std::size_t>(got));
   const std::string token(Trim(text.substr(0, text.find('\n'))));
   if (token.size() < kShortestToken || token.size() > kLongestToken) {
-    return Error{name + " has a token of " + std::to_string(token.size()) +
+    return Error{name + " contains a token of " + std::to_string(token.size()) +
                  " characters; its first line needs " + std::to_string(kShortestToken) + " to " +
                  std::to_string(kLongestToken) + ", as openssl rand -hex 32 makes them"};
   }
   const auto fits = [](char c) { return c > 0x20 && c < 0x7F; };
   if (!std::ranges::all_of(token, fits)) {
-    return Error{name + " has a token with spaces or other characters that no header can carry"};
+    return Error{name +
+                 " contains a token with spaces or other characters that no header can carry"};
   }
   return token;
 }
@@ -477,8 +478,8 @@ std::optional<Response> Access::Answer(const Request& request, const Now& now) {
 }
 
 Response Access::Sessions(const Request& request, const Now& now) {
-  const bool may = request.role && (May(*request.role, Act::audit) ||
-                                    May(*request.role, Act::configure));
+  const bool may =
+      request.role && (May(*request.role, Act::audit) || May(*request.role, Act::configure));
   if (!may) return NeedsRole(request, Act::audit);
   Json sessions = Json::array();
   for (const Logins::Shown& one : logins_.Sessions(now)) {
@@ -514,7 +515,8 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
   return Problem(
       403,
       its->acknowledge || request.role
-          ? "alarms can be acknowledged only over TLS (web.certificate, or a proxy in web.proxies), "
+          ? "alarms can be acknowledged only over TLS (web.certificate, or a proxy in "
+            "web.proxies), "
             "or from the gateway's machine"
           : "alarms cannot be acknowledged on this page; see web.acknowledge in the configuration");
 }
@@ -522,9 +524,10 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
 std::optional<Response> Access::MayNotWrite(const Request& request) const {
   if (!request.role || !May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
   if (IsPrivate(*web(), request)) return std::nullopt;
-  return Problem(403,
-                 "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
-                 "or from the gateway's machine");
+  return Problem(
+      403,
+      "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
+      "or from the gateway's machine");
 }
 
 Response Access::Session(const Request& request, const Now& now) {
