@@ -72,8 +72,8 @@ std::optional<std::string> ConfigCopies::Trouble(const Result<bool>& written) {
   trouble_ = written ? std::optional<std::string>() : written.error();
   if (trouble_ && trouble_ != before) {
     log::Warn(
-        "the confirmed configuration cannot be saved: {}; the gateway tries again every few "
-        "seconds",
+        "the configurations for the next start cannot be saved: {}; the gateway tries again every "
+        "few seconds",
         *trouble_);
   } else if (written && *written) {
     log::Warn(
@@ -99,10 +99,10 @@ control::ReloadAnswer Failed(int exit_code, std::string text) {
 }
 
 control::ReloadAnswer CanNotBeTakenBack(const Status& kept) {
-  return Failed(
-      kCanNotBe,
-      "nothing was applied, because the confirmed configuration cannot be saved for a restart: " +
-          kept.error());
+  return Failed(kCanNotBe,
+                "nothing was applied, because the new configuration, and the confirmed one for a "
+                "return to it, cannot be saved: " +
+                    kept.error());
 }
 
 std::string NotKept(const Status& kept) {

@@ -292,7 +292,7 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
   }
   if (!std::ranges::all_of(one.command.reads(), is_read)) {
     result.read_back = false;
-    result.reason = "not all requests for the new values were answered";
+    result.reason = "not all requested points were read";
   }
   return verdict;
 }

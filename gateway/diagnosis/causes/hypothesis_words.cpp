@@ -404,7 +404,8 @@ std::string SaySevenBits(const Evidence& evidence) {
   const std::string cause =
       "the eighth bit of its replies is always 0. Set 8 data bits at the port";
   if (IsBehindServer(evidence)) return cause + " of the serial server";
-  return cause + " or a converter in between (now " + SerialOf(evidence.first()).ToString() + ")";
+  return cause + " of this gateway (now " + SerialOf(evidence.first()).ToString() +
+         "), or at a converter in between";
 }
 
 std::string SayOtherParity(const Evidence& evidence) {

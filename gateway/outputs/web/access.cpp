@@ -66,13 +66,14 @@ Result<std::string> ReadToken(const std::string& file) {
   const std::string_view text(bytes.data(), static_cast<std::size_t>(got));
   const std::string token(Trim(text.substr(0, text.find('\n'))));
   if (token.size() < kShortestToken || token.size() > kLongestToken) {
-    return Error{name + " has a token of " + std::to_string(token.size()) +
+    return Error{name + " contains a token of " + std::to_string(token.size()) +
                  " characters; its first line needs " + std::to_string(kShortestToken) + " to " +
                  std::to_string(kLongestToken) + ", as openssl rand -hex 32 makes them"};
   }
   const auto fits = [](char c) { return c > 0x20 && c < 0x7F; };
   if (!std::ranges::all_of(token, fits)) {
-    return Error{name + " has a token with spaces or other characters that no header can carry"};
+    return Error{name +
+                 " contains a token with spaces or other characters that no header can carry"};
   }
   return token;
 }

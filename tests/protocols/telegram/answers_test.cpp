@@ -184,7 +184,8 @@ TEST(TelegramAnswers, OfSimilarTelegramsTheLiteralOneMatches) {
   Talk talk(TelegramProtocol(), Described(text));
   const auto request = talk.Ask(Poll(0));
   ASSERT_FALSE(request);
-  EXPECT_NE(request.error().find("is the telegram 'status'"), std::string::npos) << request.error();
+  EXPECT_NE(request.error().find("has the same bytes as telegram 'status'"), std::string::npos)
+      << request.error();
 }
 
 TEST(TelegramWrites, AnInexpressibleValueIsNotSent) {
