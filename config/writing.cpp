@@ -164,7 +164,8 @@ class Resolver {
     }
     const Point& found = (*points)[*point];
     if (found.access == Access::write) {
-      return Complain(interlock, "cannot be read, so it cannot be a condition");
+      return Complain(interlock,
+                      "cannot be read, so it cannot be a condition; name a point that can be read");
     }
     const std::string& is = std::get<std::string>(interlock.is);
     const std::string zero = found.type == Type::string ? std::string() : WhyLeadingZero(is);
@@ -176,8 +177,8 @@ class Resolver {
     }
     if (&found == &guarded) {
       return Complain(interlock,
-                      "is also the point that it guards, which could not be written any more after "
-                      "another value; name another point");
+                      "is also the point that this interlock guards, so after a write of another "
+                      "value every write would be refused; name another point");
     }
     if (const auto* only = std::get_if<std::string>(&interlock.only)) {
       const std::string why = guarded.type == Type::string ? std::string() : WhyLeadingZero(*only);

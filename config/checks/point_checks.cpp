@@ -139,7 +139,7 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
   }
   if (point.jump && (*point.jump < 0 || !is_number)) {
     problems.Error(keys.MarkOf("jump"),
-                   is_number ? "jump: must not be negative"
+                   is_number ? "jump: must not be negative; write 0 or more"
                              : "jump: only numbers can have a jump, but '" + point.name + "' is " +
                                    std::string(Name(point.type)) + "; remove the key");
   }
@@ -153,7 +153,7 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
                    "jump: has no effect with recheck: off; remove jump or recheck: off");
   }
   if (point.deadband < 0) {
-    problems.Error(keys.MarkOf("deadband"), "deadband: must not be negative");
+    problems.Error(keys.MarkOf("deadband"), "deadband: must not be negative; write 0 or more");
   }
   if (point.type == Type::string && !point.sentinels.empty()) {
     problems.Error(keys.MarkOf("sentinels"),

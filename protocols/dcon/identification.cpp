@@ -445,7 +445,7 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
     if (point.access == config::Access::write || !read || read->command == "$3") continue;
     if (read->command == kAskSample && IsAnalogOutput(*type)) {
       return Complaint(
-          "it has type " + code +
+          "type " + code +
           " is an analog output, and $AA4 would store its present output for power-up; remove the "
           "points that read $4");
     }
@@ -455,7 +455,7 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
                        std::string(WordOf(static_cast<unsigned>(settings_.format))));
     }
     if (!settings_.channel_types && !Measures(*type, *read, point.unit, settings_)) {
-      return Complaint("it has type " + code + " measures in " + WhatOf(*type) +
+      return Complaint("type " + code + " measures in " + WhatOf(*type) +
                        ", but the profile says " + (read->total ? "a total" : point.unit) +
                        " for " + point.name);
     }

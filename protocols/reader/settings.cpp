@@ -58,7 +58,9 @@ Status CheckOptions(const config::Options& options) {
   const Settings settings = ReadSettings(options);
   if (settings.length > settings.most) return Error{"length must not be larger than most"};
   if (settings.start && settings.start == settings.end) {
-    return Error{"start and end are the same character, so they cannot be told apart"};
+    return Error{
+        "start and end are the same character, so they cannot be told apart; set different "
+        "characters"};
   }
   if (settings.idle < 1ms) return Error{"idle must be at least 1ms"};
   if (settings.whole < settings.idle) return Error{"whole must not be shorter than idle"};

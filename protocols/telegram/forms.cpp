@@ -255,7 +255,7 @@ class FormReader {
   void CheckEnd(const Form& form, bool received, Tell error) const {
     const bool sized = form.size_at.has_value();
     if (sized && form.size_at->at + form.size_at->format.width > form.pattern.least_size()) {
-      error("ends before the position of its size (size_at)");
+      error("ends before the position of its size; correct size_at");
     }
     const bool has_rest = std::ranges::any_of(form.pattern.elements, [](const Element& element) {
       return element.is_field() && element.format.kind == Format::Kind::bytes &&

@@ -137,7 +137,8 @@ class PatternParser {
       const bool last = index + 1 == pattern_.elements.size();
       if (element.format.kind == Format::Kind::bytes) {
         // The width of this field follows from the size of the telegram.
-        if (std::exchange(open, true)) return Fail(at, "only one field can be without a width");
+        if (std::exchange(open, true))
+          return Fail(at, "only one field can be without a width; give the other fields a width");
         continue;
       }
       if (last || pattern_.AnchorOf(index)) continue;

@@ -50,7 +50,7 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
       return {Outcome::refused, "the request cannot be executed", std::nullopt, {}};
     case kMeterSilent:
       return {Outcome::no_reply,
-              "the communicator reports that the meter does not answer",
+              "the GSM communicator reports that the meter behind it does not answer",
               std::nullopt,
               {}};
     default:

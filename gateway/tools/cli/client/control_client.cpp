@@ -203,7 +203,7 @@ int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
     const bool is_silent = got == ControlClient::Got::timeout;
     err << "baudgate: the gateway at " << client.path() << " did not answer"
         << (is_silent ? " in time; " + CureOfSilence(client.process())
-                      : "; it has closed the connection")
+                      : ", but closed the connection; check with: systemctl status baudgate")
         << '\n';
     return kNoDaemon;
   }

@@ -87,7 +87,7 @@ int TakeBack(const ReleaseOptions& options, std::ostream& out, std::ostream& err
   }
   const Seen seen = WaitFor(options, false, err);
   if (seen.code != 0) return seen.code;
-  out << options.line << ": taken back; the port is " << seen.state
+  out << options.line << ": the port was taken back, and is now " << seen.state
       << (seen.text.empty() ? "" : ": " + seen.text) << '\n';
   return 0;
 }

@@ -72,7 +72,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   }
   if (marked.mark != '>' && marked.mark != '<') return {};
   const auto hex = diagnosis::ParseMaskedHex(marked.rest);
-  if (!hex) return Error{"the text after '>' or '<' is not hex bytes"};
+  if (!hex) return Error{"the text after '>' or '<' is not hex; write two digits for each byte"};
   const bool continues =
       !captures.empty() && !captures.back().ended && Continues(captures.back(), marked);
   if (marked.mark == '>') {

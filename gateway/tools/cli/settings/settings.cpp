@@ -169,7 +169,7 @@ int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostr
   if (unknown == 0 && !sheet.designation.empty()) return 0;
   if (unknown > 0) {
     err << "baudgate: " << options.target << ": " << Count(static_cast<std::size_t>(unknown))
-        << " of " << sheet.settings.size() << " without a value now; the file shows the reasons\n";
+        << " of " << sheet.settings.size() << " got no value; the file shows the reasons\n";
   }
   if (sheet.designation.empty()) {
     err << "baudgate: " << options.target

@@ -173,7 +173,8 @@ Result<Sheet> ReadSheet(const std::string& path) {
         sheet.settings.push_back(ReadSetting(node, problems));
         const Setting& setting = sheet.settings.back();
         if (!names.insert(setting.point).second) {
-          problems.Error(setting.mark, "'" + setting.point + "' is in the file twice");
+          problems.Error(setting.mark,
+                         "'" + setting.point + "' is in the file twice; remove one of the two");
         }
       }
     }

@@ -117,8 +117,8 @@ TEST(Guarded, RestartsADeadChild) {
   EXPECT_EQ(RunGuarded(run, kAtOnce, err), 3);
   EXPECT_EQ(*runs, 2);
   EXPECT_EQ(err.str(),
-            "watch: the DDS library was ended by signal 6; watch restarts\n"
-            "watch: the DDS library was ended by signal 9; watch restarts\n");
+            "watch: the process with the DDS library was ended by signal 6; watch restarts\n"
+            "watch: the process with the DDS library was ended by signal 9; watch restarts\n");
 }
 
 TEST(Guarded, ForwardsTheStopSignal) {
