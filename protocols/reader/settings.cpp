@@ -39,9 +39,9 @@ constexpr auto kTable = SettingsTable(
     Bind<&Settings::same_tag>(option::Time(
         "same_tag", "2s",
         "The same tag within this time is not a new tag; 0s: every message is a new tag.")),
-    Bind<&Settings::present>(
-        option::Time("present", "2s",
-                     "A tag counts as present for this time; 0s: until the reader says 'no tag'.")),
+    Bind<&Settings::present>(option::Time(
+        "present", "2s",
+        "A tag counts as present for this time; 0s: until the reader sends 'no tag'.")),
     Bind<&Settings::asks>(option::Choice("commands", "none", "none,ask",
                                          "none: the gateway sends nothing. ask: r requests a tag, "
                                          "i requests the reader's name; only with form: tag.")),

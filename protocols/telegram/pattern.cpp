@@ -129,7 +129,8 @@ class PatternParser {
   /// Checks that the end of each field can be found from the elements behind it.
   void CheckOrder() {
     if (pattern_.elements.empty()) return Fail(0, "a telegram needs at least one byte");
-    if (pattern_.elements.size() > kMostElements) return Fail(0, "has too many fields");
+    if (pattern_.elements.size() > kMostElements)
+      return Fail(0, "has too many fields; at most " + std::to_string(kMostElements));
     bool open = false;
     for (const auto& [index, at] : places_) {
       const Element& element = pattern_.elements[index];

@@ -279,7 +279,8 @@ bool LoadReader::PlanScan(const Manner& manner) {
     if (scanned_ && !waits_) {
       scan_.reset();
       trouble_ = fmt::format(
-          "no hour was found in the meter's memory before its record pointer (08 04: {:04X})",
+          "no header of an hour was found in the meter's memory before its record pointer (08 04: "
+          "{:04X})",
           pointer_->address);
     }
     return false;

@@ -65,7 +65,8 @@ int RunOffer(const ReleaseOptions& options, std::ostream& out, std::ostream& err
     }
     if (trouble.empty()) break;
     if (ReadClocks().instant < until) continue;
-    err << "baudgate: " << options.line << ": no client can connect at " << at << ": " << trouble
+    err << "baudgate: " << options.line
+        << ": the port was not lent, because no client can connect at " << at << ": " << trouble
         << '\n';
     Ask(options.socket, {{"command", "take_back"}, {"target", options.line}}, answer, err);
     return kNotClosed;

@@ -216,8 +216,9 @@ Result<Plan> PlanOf(const Comparison& comparison) {
   for (const Difference& one : comparison.different) {
     if (!one.now->writable) continue;
     if (ParseDecimal(*one.now->value) && !ParseDecimal(*one.filed->value)) {
-      return Error{
-          config::ToString({one.filed->mark, "value: '" + *one.filed->value + "' is no number"})};
+      return Error{config::ToString(
+          {one.filed->mark, "value: '" + *one.filed->value +
+                                "' is no number, but this setting is a number; correct the file"})};
     }
     plan.push_back(one);
   }
@@ -343,7 +344,8 @@ void PrintPlan(const Comparison& comparison, const Plan& plan, const Denials& de
   for (const auto& [point, why] : denials) denied.insert(point);
   if (!comparison.different.empty()) PrintTable(comparison.different, denied, out);
   if (file.target() != now.target() || file.gateway != now.gateway) {
-    out << "The file was read from " << file.target() << " of gateway " << file.gateway << ".\n";
+    out << "The settings in the file are from " << file.target() << " of gateway " << file.gateway
+        << ".\n";
   }
   const std::size_t fixed = comparison.different.size() - plan.size();
   if (fixed > 0) {
