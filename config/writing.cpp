@@ -173,7 +173,8 @@ class Resolver {
     const auto value = ValueOf(found, is);
     if (!value) {
       return Complain(interlock, "is " + std::string(Name(found.type)) + ", so it is never " +
-                                     Quoted(std::get<std::string>(interlock.is)));
+                                     Quoted(std::get<std::string>(interlock.is)) +
+                                     "; correct 'is'");
     }
     if (&found == &guarded) {
       return Complain(interlock,
@@ -187,7 +188,7 @@ class Resolver {
       if (!guards) {
         return Complain(interlock, "for: '" + guarded.name + "' is " +
                                        std::string(Name(guarded.type)) + ", so it is never " +
-                                       Quoted(*only));
+                                       Quoted(*only) + "; correct 'for'");
       }
       interlock.only = *guards;
     }
@@ -250,7 +251,8 @@ void ApplyWritePermit(MapReader& map, Device& device) {
   const bool none = std::ranges::none_of(device.points, CanBeWritten);
   if (none && !interlocks.empty()) {
     map.problems().Error(map.MarkOf("allow_when"),
-                         "allow_when: no point of '" + device.name + "' can be written");
+                         "allow_when: no point of '" + device.name +
+                             "' can be written; give points access: rw, or remove 'allow_when'");
   }
   if (!node) return;
   if (node->kind() == YamlNode::Kind::list) return AllowListed(*node, device, map.problems());

@@ -205,11 +205,11 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
   if (is_number && !IsFloat(point.type)) {
     if (writing.min && *writing.min > RangeOf(point).highest) {
       error("min", writing.min->ToText() + " is above every value that " +
-                       std::string(Name(point.type)) + " can hold");
+                       std::string(Name(point.type)) + " can hold; write a smaller number");
     }
     if (writing.max && *writing.max < RangeOf(point).lowest) {
       error("max", writing.max->ToText() + " is below every value that " +
-                       std::string(Name(point.type)) + " can hold");
+                       std::string(Name(point.type)) + " can hold; write a larger number");
     }
   }
   if (writing.step && *writing.step <= 0) error("step", "must be above 0");

@@ -272,10 +272,9 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
       // A trace can begin in the middle of an exchange. Bytes without a request are then skipped.
       if (speaker == nullptr && !capture.time.empty()) continue;
       if (speaker == nullptr) {
-        return fail(
-            kExitUsage,
-            "line " + std::to_string(capture.line) +
-                ": the reply has no request (\"> hex\") before it, and no device sends by itself");
+        return fail(kExitUsage, "line " + std::to_string(capture.line) +
+                                    ": the reply has no request (\"> hex\") before it, and devices "
+                                    "of this protocol send nothing by themselves");
       }
       any = true;
       if (capture.reply_masked) continue;
