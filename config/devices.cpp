@@ -129,9 +129,10 @@ const RawProfile* FindProfile(MapReader& map, const protocols::Protocol* protoco
   std::error_code error;
   if (!std::filesystem::is_regular_file(*path, error)) {
     const bool exists = std::filesystem::exists(*path, error);
-    context.problems.Error(node->mark(),
-                           exists ? "profile: " + path->string() + " is not a regular file"
-                                  : "profile: there is no file " + path->string());
+    context.problems.Error(
+        node->mark(),
+        exists ? "profile: " + path->string() + " is not a regular file; correct the path"
+               : "profile: there is no file " + path->string() + "; correct the path");
     return nullptr;
   }
   const auto real = std::filesystem::weakly_canonical(*path, error);

@@ -224,7 +224,8 @@ void CheckNormal(const PointEvent& event, const Point& point, const MapReader& m
     map.problems().Error(map.MarkOf("normal"), "normal: " + text);
   };
   if (event.on != PointEvent::On::change)
-    return error("only an event with on: change can have this key");
+    return error(
+        "only an event with on: change can have this key; write on: change, or remove the key");
   if (point.type == Type::boolean)
     return error("a bool point needs no normal value; remove the key");
   if (point.type == Type::string) return;

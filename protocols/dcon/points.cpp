@@ -240,7 +240,8 @@ Status CheckReadType(const config::Point& point, const ReadAddress& read) {
 }
 
 Status CheckWriteType(const config::Point& point, const WriteAddress& write) {
-  if (point.type == config::Type::string) return Error{"text cannot be written to a DCON output"};
+  if (point.type == config::Type::string)
+    return Error{"text cannot be written to a DCON output; write a number type or bool"};
   using Kind = WriteAddress::Kind;
   const bool action = write.kind == Kind::action;
   if (action && point.access != config::Access::write) {

@@ -62,7 +62,7 @@ Status CheckDevice(const config::Device& device) {
     if (settings.channels == 0 || !indexed || read->index < settings.channels) continue;
     return Error{"point '" + point.name + "' reads '" + point.read +
                  "', but 'channels: " + std::to_string(settings.channels) + "' ends at [" +
-                 std::to_string(settings.channels - 1) + "]"};
+                 std::to_string(settings.channels - 1) + "]; correct one of the two"};
   }
   return {};
 }

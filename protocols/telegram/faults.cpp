@@ -461,7 +461,7 @@ class FaultFinder {
     const auto bits = field.format.bits();
     if (!bits || last < *bits) return;
     Tell("takes bit b" + std::to_string(last) + " of '" + field.name + "', but its last bit is b" +
-         std::to_string(*bits - 1));
+         std::to_string(*bits - 1) + "; correct the bit");
   }
 
   void CheckWrite(const Point& point) {
@@ -481,7 +481,7 @@ class FaultFinder {
       Tell("is written by '" + telegram->name + "', which has no field {value}; write type: bool");
     } else if (field != nullptr && (point.type == Type::string) == field->format.is_number()) {
       Tell("has type " + std::string(config::Name(point.type)) +
-           ", which does not fit {value} of '" + telegram->name + "'");
+           ", which does not fit {value} of '" + telegram->name + "'; correct the type");
     }
     if (telegram->receive.empty() && point.access == Access::write) {
       Tell("is written by '" + telegram->name +
