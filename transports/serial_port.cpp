@@ -67,7 +67,7 @@ std::string NoSerialPort(const std::string& port) {
 std::string HowToAllow(const std::string& port) {
   struct stat info {};
   const bool known = stat(port.c_str(), &info) == 0;
-  if (known && !IsGroupForPorts(info.st_gid, info.st_mode)) return HowToGive(port);
+  if (known && !IsGroupForPorts(info.st_gid, info.st_mode)) return "run: " + HowToGive(port);
   const std::string group = known ? GroupOf(info.st_gid) : "dialout";
   return "add the user of the gateway to group " + group;
 }

@@ -16,7 +16,7 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
               Quality(Quality::bad_configuration, Reason::not_fitted),
               {}};
     case kInternalError:
-      return {Outcome::refused, "internal error of the meter; read its status word (08 0A)",
+      return {Outcome::refused, "the meter has an internal error; read its status word (08 0A)",
               Quality(Quality::bad_device_failure, Reason::device_fault), 10s};
     case kLevelTooLow:
       if (opening) {

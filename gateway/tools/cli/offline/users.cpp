@@ -82,8 +82,8 @@ bool Write(const users::UserFile& users, const std::string& file, std::ostream& 
   const group* const service = existed ? nullptr : ::getgrnam("baudgate");
   const gid_t gid = existed ? before.st_gid : service != nullptr ? service->gr_gid : ::getegid();
   if (gid != ::getegid() && ::chown(file.c_str(), static_cast<uid_t>(-1), gid) != 0) {
-    err << "users: the gateway may not be able to read " << file
-        << "; run: sudo chgrp baudgate " << file << '\n';
+    err << "users: the gateway may not be able to read " << file << "; run: sudo chgrp baudgate "
+        << file << '\n';
   }
   return true;
 }
@@ -91,7 +91,8 @@ bool Write(const users::UserFile& users, const std::string& file, std::ostream& 
 void Print(const users::UserFile& users, std::ostream& out) {
   std::size_t width = 4;
   for (const users::User& user : users.users()) width = std::max(width, user.name.size());
-  out << fmt::format("{:<{}}  {:<8}  {:<8}  tokens valid until\n", "user", width, "role", "password");
+  out << fmt::format("{:<{}}  {:<8}  {:<8}  tokens valid until\n", "user", width, "role",
+                     "password");
   for (const users::User& user : users.users()) {
     std::string until;
     for (const users::Token& token : users.tokens()) {
@@ -120,7 +121,8 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
       return kExitDone;
     case What::remove:
       if (!users->Remove(options.name)) {
-        err << "users: there is no user " << Quoted(options.name) << " in " << options.file << '\n';
+        err << "users: there is no user " << Quoted(options.name) << " in " << options.file
+            << "; 'baudgate users list' lists the users\n";
         return kExitUsage;
       }
       done = fmt::format("removed {} and its tokens", options.name);
@@ -151,7 +153,7 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
         err << "users: " << status.error() << '\n';
         return kExitUsage;
       }
-      done = fmt::format("{} is {}", options.name, options.role);
+      done = fmt::format("{} has the role {}", options.name, options.role);
       break;
     }
   }
