@@ -135,10 +135,11 @@ void ReadEventAlarms(MapReader& map, Device& device) {
   if (!node) return;
   Problems& problems = map.problems();
   if (device.event_texts.empty()) {
-    problems.Error(node->mark(), "event_alarms: " +
-                                     (device.profile.empty() ? "the device has no profile with a"
-                                                             : Quoted(device.profile) + " has no") +
-                                     " table of events");
+    problems.Error(node->mark(),
+                   "event_alarms: " +
+                       (device.profile.empty() ? "the device has no profile with a"
+                                               : Quoted(device.profile) + " has no") +
+                       " table of events; use a profile with events, or remove the key");
     return;
   }
   std::vector<EventAlarm> events;

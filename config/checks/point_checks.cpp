@@ -38,7 +38,8 @@ std::string WhyNever(const Sentinel& sentinel, const RawNumbers& numbers) {
   if (numbers.kind == Kind::single) {
     const double nearest = NearestSingle(sentinel.value.ToDouble());
     return "is not a float32 number, so the device never sends it" +
-           (std::isfinite(nearest) ? "; the nearest is " + FormatNumber(nearest) : std::string());
+           (std::isfinite(nearest) ? "; write the nearest, " + FormatNumber(nearest)
+                                   : std::string());
   }
   const auto& [lowest, highest] = numbers.range;
   const Decimal meant = OfBits(sentinel.value, numbers.range);
