@@ -238,7 +238,7 @@ void CheckOwnTcp(const protocols::Protocol& protocol, const LineContext& of, con
   if (of.protocol == nullptr || protocol.tcp == of.protocol->tcp) return;
   problems.Error(keys.MarkOf("protocol"),
                  "protocol: " + std::string(protocol.name) + " cannot share a line with " +
-                     std::string(of.protocol->name) + "; give it a line of its own");
+                     std::string(of.protocol->name) + "; move this device to a line of its own");
 }
 
 }  // namespace

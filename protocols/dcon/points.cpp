@@ -306,7 +306,9 @@ Result<ReadAddress> ParseRead(std::string_view text) {
   if (address.total && !(counts && rest.starts_with('#'))) {
     return ReadError(text, "has no total; only counter inputs have one, as in \"#0 total\"");
   }
-  if (!SelectorFits(address)) return ReadError(text, "has a field that the reply does not contain");
+  if (!SelectorFits(address))
+    return ReadError(text,
+                     "has a field that the reply does not contain; correct the number in brackets");
   return address;
 }
 

@@ -204,7 +204,8 @@ bool LoadReader::OnInterval(unsigned minutes) {
   trouble_.clear();
   if (minutes == 0 || minutes > 60 || 60 % minutes != 0) {
     trouble_ = fmt::format(
-        "the interval of {} minutes that the meter reports (08 06) does not divide an hour",
+        "the interval of {} minutes that the meter reports (08 06) does not divide an hour, so the "
+        "profile is not read",
         minutes);
     return false;
   }
@@ -220,7 +221,7 @@ bool LoadReader::OnPointer(View data, const Manner& manner) {
   const bool goes_on = GoOn(manner);
   if (!current_)
     trouble_ = "the record pointer that the meter reports (08 04: " + ToHex(data) +
-               ") is outside its memory";
+               ") is outside its memory, so the profile is not read";
   return goes_on;
 }
 

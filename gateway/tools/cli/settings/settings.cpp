@@ -60,11 +60,13 @@ WriteReport SocketWriter::Write(const std::string& point, const std::string& val
   std::string line;
   if (client->ReadLine(line, ReadClocks().instant + kWaitForAnswer) !=
       tools::ControlClient::Got::line) {
-    return {"unknown", "the gateway at " + client->path() + " did not answer"};
+    return {"unknown", "the gateway at " + client->path() +
+                           " did not answer; check with: systemctl status baudgate"};
   }
   const Json answer = Json::parse(line, nullptr, false);
   if (!answer.is_object())
-    return {"unknown", "the program that answers at " + client->path() + " is no gateway"};
+    return {"unknown", "the program that answers at " + client->path() +
+                           " is no gateway; name the socket of the gateway with --socket PATH"};
   if (answer.contains("error")) return {"denied", tools::TextOf(answer, "message")};
   WriteReport report{tools::TextOf(answer, "end"), tools::TextOf(answer, "reason")};
   report.read_back = answer.value("read_back", false);
@@ -82,11 +84,13 @@ std::optional<std::string> SocketWriter::WhyNot(const std::string& point,
   std::string line;
   if (client->ReadLine(line, ReadClocks().instant + kWaitForAnswer) !=
       tools::ControlClient::Got::line) {
-    return "the gateway at " + client->path() + " did not answer";
+    return "the gateway at " + client->path() +
+           " did not answer; check with: systemctl status baudgate";
   }
   const Json answer = Json::parse(line, nullptr, false);
   if (!answer.is_object())
-    return "the program that answers at " + client->path() + " is no gateway";
+    return "the program that answers at " + client->path() +
+           " is no gateway; name the socket of the gateway with --socket PATH";
   if (answer.value("may_write", false)) return std::nullopt;
   return tools::TextOf(answer, answer.contains("error") ? "message" : "reason");
 }
