@@ -342,7 +342,8 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
     RawPoint& target = base[found->second];
     if (target.name != point.name) {
       problems.Error(point.mark, "point '" + point.name + "' differs only in case from '" +
-                                     target.name + "' of the profile; write it the same way");
+                                     target.name +
+                                     "' of the profile; write the name as in the profile");
       continue;
     }
     target.mark = point.mark;

@@ -38,7 +38,7 @@ std::optional<AllowWhen> ReadInterlock(const YamlNode& node, Problems& problems)
 
 std::string WhatCan(std::string_view name, std::span<const std::string_view> names) {
   constexpr std::size_t kMostNamed = 12;
-  if (names.empty()) return " no point of it can be written";
+  if (names.empty()) return " no point of this device can be written";
   const std::string text = DidYouMean(name, names) + " points that can be written: ";
   if (names.size() <= kMostNamed) return text + Join(names);
   return text + Join(names.first(kMostNamed)) + " and " +

@@ -219,11 +219,12 @@ class FormReader {
     if (!size) return;
     const auto own = form.pattern.size();
     if (own == size) return;
-    map_.problems().Error(map_.MarkOf("size"),
-                          "size: the pattern has " +
-                              (own ? std::to_string(*own) + " bytes, not " + std::to_string(*size)
-                                   : std::string("fields without a width, so 'size' cannot be "
-                                                 "checked; remove 'size' or give them a width")));
+    map_.problems().Error(
+        map_.MarkOf("size"),
+        "size: the pattern has " +
+            (own ? std::to_string(*own) + " bytes, not " + std::to_string(*size)
+                 : std::string("fields without a width, so 'size' cannot be checked; remove "
+                               "'size', or give these fields a width")));
   }
 
   Form Checked(Pattern pattern, const config::Mark& mark, const std::string& what, bool received) {

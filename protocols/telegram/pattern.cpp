@@ -147,8 +147,9 @@ class PatternParser {
       // The next field shows where the number ends, as in "12.5kg" and "+025.12-020.45".
       const bool shows = next.is_signed_token() || (next.is_text() && !next.is_text_number());
       if (!element.format.is_text_number() || !shows) {
-        return Fail(at, "the end of '" + element.name +
-                            "' is not defined; give it a width, or put a separator after it");
+        return Fail(at,
+                    "the end of '" + element.name +
+                        "' is not defined; give this field a width, or put a separator after it");
       }
     }
   }

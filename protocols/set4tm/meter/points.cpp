@@ -158,7 +158,8 @@ Status CheckPdu(std::string_view read, const Field& field) {
     return Wrong(read, "latched reads the time of the latch; write \"08 14 50 latched@0\"");
   }
   const auto length = LengthOfData(pdu);
-  if (!length) return Wrong(read, "no reply to this request is documented; check its length");
+  if (!length)
+    return Wrong(read, "no reply to this request is documented; check the length of the request");
   if (field.decoder == Decoder::flag && (field.offset < 1 || field.offset > 40)) {
     return Wrong(read, "flag@nn takes 1 to 40, for E-01 to E-40");
   }

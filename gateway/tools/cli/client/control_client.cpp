@@ -170,7 +170,7 @@ int ControlClient::process() const {
 
 std::string ControlClient::WhyNotBelieved(bool is_given) const {
   const auto listener = ListenerOf(descriptor_);
-  if (!listener) return path_ + ": the system does not show which user listens at this socket";
+  if (!listener) return path_ + " is not used: the system does not show which user listens there";
   return control::WhyNotBelieved(path_, listener->uid, is_given);
 }
 
