@@ -125,7 +125,7 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
             << "; 'baudgate users list' lists the users\n";
         return kExitUsage;
       }
-      done = fmt::format("removed {} and its tokens", options.name);
+      done = fmt::format("the user {} and the tokens of this user were removed", options.name);
       break;
     case What::token: {
       const auto until = now + std::chrono::hours(24) * options.days;

@@ -177,7 +177,8 @@ int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostr
   }
   if (sheet.designation.empty()) {
     err << "baudgate: " << options.target
-        << " has not sent its designation, so the file cannot be compared or restored\n";
+        << " has not sent its designation, so the file cannot be compared or restored; dump the "
+           "settings again\n";
   }
   return kDiffers;
 }
