@@ -54,7 +54,8 @@ void VisitFields(const FunctionPriority*, Visit visit) {
   visit(Field<&FunctionPriority::codes>{.help = "function codes: [5, 6, 15, 16]",
                                         .fallback = kRequired});
   visit(Field<&FunctionPriority::priority>{
-      .help = "priority of these functions, used before that of the client and the listener",
+      .help =
+          "priority of these functions, in place of the priority of the client and the listener",
       .fallback = kRequired});
 }
 
@@ -110,8 +111,9 @@ void VisitFields(const Listener*, Visit visit) {
   visit(Field<&Listener::host>());
   visit(Field<&Listener::port>());
   visit(Field<&Listener::path>());
-  visit(Field<&Listener::serial>{.help = "serial port only: as at a line; parity and rs485 as well",
-                                 .fallback = "the usual settings of the framing"});
+  visit(Field<&Listener::serial>{
+      .help = "serial port only: serial settings, as at a line; also the keys parity and rs485",
+      .fallback = "the usual settings of the framing"});
   visit(Field<&Listener::echo>{
       .help = "serial port only: strip if the adapter returns the gateway's own replies"});
   visit(Field<&Listener::framing>{.help = "rtu, ascii: the frames of a serial line, also over TCP",
@@ -130,9 +132,9 @@ void VisitFields(const Listener*, Visit visit) {
       .fallback = "exception; at a serial port silent"});
   visit(Field<&Listener::broadcast>{
       .help = "pass: a write to unit 0 goes to all slaves of lines with a route"});
-  visit(Field<&Listener::holes>{.help =
-                                    "zero: addresses without a point return 0 (quality too) if the "
-                                    "request contains at least one point; off: exception 0x02"});
+  visit(Field<&Listener::holes>{
+      .help = "zero: addresses without a point return 0 (their quality too) if the "
+              "request contains at least one point; off: exception 0x02"});
   visit(Field<&Listener::max_clients>{
       "max_clients", "clients at the same time; fewer if the limit of open files is low", 1,
       10'000});

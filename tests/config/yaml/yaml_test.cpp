@@ -73,7 +73,8 @@ TEST(Yaml, ColumnsCountCharacters) {
 
 TEST(Yaml, LargeAndDeepTextsAreRefused) {
   EXPECT_EQ(Shown(Load(std::string((4U << 20U) + 1, ' ')).problems),
-            "t.yaml: error: is larger than the 4 MiB that a configuration can have\n");
+            "t.yaml: error: is larger than the 4 MiB that a configuration can have; divide the "
+            "devices among several gateways\n");
   for (const char* const bracket : {"[", "{a: ", "- ", "? "}) {
     std::string deep = "lines: \n ";
     for (int i = 0; i < 100'000; ++i) deep += bracket;

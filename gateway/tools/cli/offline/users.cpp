@@ -126,10 +126,11 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
       return kExitDone;
     case What::remove:
       if (!users->Remove(options.name)) {
-        err << "users: there is no user " << Quoted(options.name) << " in " << options.file << '\n';
+        err << "users: there is no user " << Quoted(options.name) << " in " << options.file
+            << "; 'baudgate users list' lists the users\n";
         return kExitUsage;
       }
-      done = fmt::format("removed {} and its tokens", options.name);
+      done = fmt::format("the user {} and the tokens of this user were removed", options.name);
       break;
     case What::token: {
       const auto until = now + std::chrono::hours(24) * options.days;
@@ -157,7 +158,7 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
         err << "users: " << status.error() << '\n';
         return kExitUsage;
       }
-      done = fmt::format("{} is {}", options.name, options.role);
+      done = fmt::format("{} has the role {}", options.name, options.role);
       break;
     }
   }

@@ -300,7 +300,7 @@ TEST_F(DeviceStatesTest, ADisabledDeviceIsTakenIntoUse) {
 }
 
 TEST_F(DeviceStatesTest, ARemarkIsWarnedOfButNotReportedAsTrouble) {
-  const std::string wrong = "type 0D, the profile says 08";
+  const std::string wrong = "type 0D, the profile has 08";
   const std::string remark = "gives no events";
   struct Row {
     protocols::DeviceTrouble says;
