@@ -454,7 +454,7 @@ void Line::DropEarly() {
 
 void Line::OnGap(Instant now) {
   if (now >= limit_) {
-    Finish(Outcome::corrupt, "the device kept sending beyond the longest time of an exchange", now);
+    Finish(Outcome::corrupt, "the device kept sending for longer than an exchange may last", now);
     return;
   }
   TakeFrame(true, now);

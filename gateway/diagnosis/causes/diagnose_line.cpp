@@ -373,12 +373,13 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
   if (served >= kFull) {
     return fmt::format(
         "the polls need more time than the line has, because good exchanges take {} of the time. "
-        "Poll less often (poll), {}",
+        "Poll less often (poll), or {}",
         Percent(served), ask_less);
   }
   if (served < kBusy || waste >= kSomeWaste) return {};
   return fmt::format(
-      "one round of polls takes longer than the poll period. Poll less often (poll), {}", ask_less);
+      "one round of polls takes longer than the poll period. Poll less often (poll), or {}",
+      ask_less);
 }
 
 }  // namespace baudgate::diagnosis

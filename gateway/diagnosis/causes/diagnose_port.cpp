@@ -41,7 +41,7 @@ std::string SayOtherService(const config::Line& line, std::span<const bus::Devic
   const Finding* const other = OtherService(devices);
   if (other == nullptr || !line.port.starts_with("tcp://")) return {};
   const bool says = other->symptom == Symptom::text;
-  return (says ? line.port + " says " + other->cause
+  return (says ? line.port + " sends " + other->cause
                : "no device is behind " + line.port + " (" + other->cause + ")") +
          NextSentence(other->remedy.empty() ? "check the port" : other->remedy);
 }
@@ -138,7 +138,8 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
   }
   if (ends.alike >= kThrice && ends.age > Duration()) {
     return fmt::format(
-        "each lasted about {:.1f} s: raise the limit of the server for the time of a connection, "
+        "each connection lasted about {:.1f} s: raise the limit of the server for the time of a "
+        "connection, "
         "or end another client that takes it",
         Seconds(ends.age));
   }
@@ -154,7 +155,8 @@ std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
                       std::span<const bus::DeviceRecord> devices, Now now) {
   if (status.port == bus::LineStatus::Port::released && status.lent_to_client) {
     return fmt::format(
-        "{} until {}, its points are out of service. Run 'baudgate release {} --end' to take the "
+        "{} until {}; meanwhile the points of the line are out of service. Run 'baudgate release "
+        "{} --end' to take the "
         "port back",
         status.port_text, ClockText(status.released_until), line.name);
   }

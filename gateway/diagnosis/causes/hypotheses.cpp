@@ -275,7 +275,7 @@ std::string AsFound(const Evidence& evidence) {
 std::string SayOtherProtocol(const Evidence& evidence) {
   Finding finding = evidence.Last(other_protocol);
   if (!evidence.healthy.empty() && finding.remedy.starts_with(kSetProtocol)) {
-    finding.remedy = "set that device to " + evidence.device->device->protocol + ", as " +
+    finding.remedy = "set the device to " + evidence.device->device->protocol + ", as " +
                      evidence.healthy + " is";
   }
   return WithRemedy(finding);

@@ -404,15 +404,17 @@ std::string SaySevenBits(const Evidence& evidence) {
   const std::string cause =
       "the eighth bit of its replies is always 0. Set 8 data bits at the port";
   if (IsBehindServer(evidence)) return cause + " of the serial server";
-  return cause + " or a converter in between (now " + SerialOf(evidence.first()).ToString() + ")";
+  return cause + " of this gateway, or at a converter in between (now " +
+         SerialOf(evidence.first()).ToString() + ")";
 }
 
 std::string SayOtherParity(const Evidence& evidence) {
   const bool network = evidence.line->is_network();
   return std::string("only characters whose parity fits come") +
          (network ? "" : ", and FF in place of the others") +
-         ". Set the same parity at the device and " + (network ? "the serial server" : "here") +
-         " (" + SerialOf(evidence.first()).ToString() + ")";
+         ". Set the same parity at the device and " +
+         (network ? "the serial server" : "in the configuration") + " (" +
+         SerialOf(evidence.first()).ToString() + ")";
 }
 
 std::string SaySettings(const Evidence& evidence) {

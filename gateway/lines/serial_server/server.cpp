@@ -121,7 +121,7 @@ void Server::Look() {
 Status Server::Listen() {
   asio::error_code failed;
   const auto address = asio::ip::make_address(config_.at.host, failed);
-  if (failed) return Error{"not an address of this machine"};
+  if (failed) return Error{"not an IP address (names are not looked up)"};
   const tcp::endpoint endpoint(address, config_.at.port);
   return transports::Listen(acceptor_, endpoint, KeyOf(use_));
 }

@@ -319,7 +319,7 @@ TEST_F(MissedTest, ALongConfiguredQuietTimeIsNamed) {
   EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("Lower timing.quiet (400ms)")));
   device().timing.quiet = 30ms;
   EXPECT_THAT(SayOfLine(),
-              ElementsAre(::testing::HasSubstr("Poll less often (poll), ask for fewer points")));
+              ElementsAre(::testing::HasSubstr("Poll less often (poll), or ask for fewer points")));
 }
 
 TEST_F(MissedTest, TheDeviceThatUsesMostOfTheTimeIsNamed) {

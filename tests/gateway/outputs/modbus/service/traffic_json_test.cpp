@@ -297,7 +297,7 @@ TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
   EXPECT_EQ(route.shared, 1U);
   EXPECT_EQ(route.longest_wait, 30ms);
   EXPECT_EQ(route.total_wait, 40ms);
-  EXPECT_EQ(route.last_trouble, "too many requests wait already");
+  EXPECT_EQ(route.last_trouble, "the request was not sent, because too many requests wait already");
   ExpectSum(route, 1);
   ASSERT_THAT(route.by_unit, SizeIs(3));
   EXPECT_EQ(route.by_unit.at(20).requests, 5U);
