@@ -546,7 +546,7 @@ std::string SayTooFast(const Evidence& evidence) {
   const Duration pause = findings.ShortPause();
   const auto known = findings.ShortestAnswered();
   const std::string cause =
-      fmt::format("requests soon ({} ms) after a telegram get no answer. ", Milliseconds(pause));
+      fmt::format("requests soon ({} ms) after a message get no answer. ", Milliseconds(pause));
   const Duration probable = std::max<Duration>(kPause, 2 * pause);
   const auto set = [](Duration quiet, double margin) {
     return "timing: { quiet: " + Suggest(quiet, margin) + " } in the configuration";

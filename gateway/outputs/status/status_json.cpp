@@ -32,7 +32,7 @@ Json FilesJson(const FilesState& state) {
   Json advice = Json::array();
   if (state.limit != 0 && state.open + kFew > state.limit) {
     advice.push_back(
-        fmt::format("{} of at most {} files are open, and opening another file fails: {}",
+        fmt::format("{} of at most {} files are open, so opening another file may fail: {}",
                     state.open, state.limit, SystemTrouble(EMFILE)));
   }
   for (const std::string& trouble : state.troubles) advice.push_back(trouble);

@@ -47,14 +47,14 @@ function keptFacts(status) {
   const {events, history, audit} = status;
   const state = (part) => (part ? `${part.state}${part.trouble ? `: ${part.trouble}` : ''}` : 'off');
   return [
-    ['Events', events ? `${state(events)}; numbers ${count(events.oldest)} to ${count(events.newest)}, `
+    ['Events', events ? `${state(events)}; event numbers ${count(events.oldest)} to ${count(events.newest)}, `
       + `${count(events.left_out)} events left out` : 'off'],
     ['Event file', events ? events.file : '–'],
     ['History', history ? `${state(history)}; ${count(history.points)} points, ${bytes(history.bytes)} of `
-      + `${bytes(history.limit)}, ${count(history.dropped)} dropped` : 'off'],
+      + `${bytes(history.limit)}, ${count(history.dropped)} values dropped` : 'off'],
     ['History folder', history ? history.folder : '–'],
     ['Oldest day', history && history.oldest ? history.oldest.slice(0, 10) : '–'],
-    ['Audit', audit ? `${state(audit)}; ${audit.mode}, ${count(audit.lost)} lost` : 'off'],
+    ['Audit', audit ? `${state(audit)}; ${audit.mode}, ${count(audit.lost)} records lost` : 'off'],
   ];
 }
 
