@@ -53,18 +53,21 @@ std::string SayEndsInside(const config::Line& line, std::span<const bus::DeviceR
     return !one.status.last_ok && one.status.findings.Count(Symptom::tail_lost) >= kDrops;
   };
   if (!line.is_network() || !std::ranges::any_of(devices, breaks_off)) return {};
-  return "the server closes the connection inside replies. Check the server and the device behind "
+  return "the server closes the connection in the middle of replies. Check the server and the "
+         "device behind "
          "it (firmware, limits)";
 }
 
 const char* WhyNoData(const config::SerialSettings& serial) {
   if (serial.rtscts) {
-    return ", as it takes no data. Check that the CTS line of the device is connected and active";
+    return ", because it takes no data. Check that the CTS line of the device is connected and "
+           "active";
   }
   if (serial.xonxoff) {
-    return ", as XOFF came and no XON since. Switch XON/XOFF off at both ends";
+    return ", because XOFF came, and no XON after it. Switch XON/XOFF off at both ends";
   }
-  return ", as it takes no data. Unplug the adapter and plug it in again, or restart the device "
+  return ", because it takes no data. Unplug the adapter and plug it in again, or restart the "
+         "device "
          "behind it";
 }
 

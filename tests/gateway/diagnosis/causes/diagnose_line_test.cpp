@@ -141,7 +141,8 @@ TEST_F(DiagnoseTest, AConnectionThatEndsInsideRepliesIsReported) {
   NeverAnswered();
   Looked(device(), Symptom::tail_lost, 3);
   const auto says = ElementsAre(
-      "the server closes the connection inside replies. Check the server and the device behind it "
+      "the server closes the connection in the middle of replies. Check the server and the device "
+      "behind it "
       "(firmware, limits)");
   EXPECT_THAT(SayOfLine(), says);
   line_.port = bus::LineStatus::Port::closed;
@@ -212,10 +213,11 @@ TEST_F(DiagnoseTest, APortThatTakesNoDataIsReported) {
   line_.takes_no_data = true;
   const auto say = [this] { return SayOfLine()[0]; };
   using ::testing::EndsWith;
-  EXPECT_THAT(say(), EndsWith("in the last hour, as it takes no data. Unplug the adapter and plug "
-                              "it in again, or restart the device behind it"));
+  EXPECT_THAT(say(),
+              EndsWith("in the last hour, because it takes no data. Unplug the adapter and plug "
+                       "it in again, or restart the device behind it"));
   config_.lines[0].serial.xonxoff = true;
-  EXPECT_THAT(say(), EndsWith("XOFF came and no XON since. Switch XON/XOFF off at both ends"));
+  EXPECT_THAT(say(), EndsWith("XOFF came, and no XON after it. Switch XON/XOFF off at both ends"));
   config_.lines[0].serial.rtscts = true;
   EXPECT_THAT(say(), EndsWith("Check that the CTS line of the device is connected and active"));
 }
@@ -266,8 +268,8 @@ TEST_F(DiagnoseTest, AnOpenRingIsReportedForTheLineNotItsDevices) {
   line_.collisions = 40;
   EXPECT_THAT(
       SayOfLine(),
-      ElementsAre("the ring has been open since 14:10:20 UTC, because requests no longer come "
-                  "back. Look for a loose or broken fibre, or a device on the ring without power"));
+      ElementsAre("the ring has been open since 14:10:20 UTC: requests no longer come back as an "
+                  "echo. Look for a loose or broken fibre, or a device on the ring without power"));
   device().state = bus::DeviceState::offline;
   EXPECT_THAT(Say(), ElementsAre("cannot be reached, because the ring of line 'bay-1' is open. "
                                  "Close the ring first: the device itself may be well"));
