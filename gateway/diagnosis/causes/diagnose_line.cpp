@@ -151,11 +151,10 @@ Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::Device
   const bool nobody = AbsentTogether(devices);
   const bool echoless = status.collisions > 0 && 2 * status.collisions >= status.exchanges;
   if (status.cut_since) {
-    found.push_back(fmt::format(
-        "the ring has been open since {}: requests no longer come back as an echo. Look "
-        "for a loose or "
-        "broken fibre, or a device on the ring without power",
-        ClockText(*status.cut_since)));
+    found.push_back(
+        fmt::format("the ring has been open since {}: requests no longer come back as an echo. "
+                    "Look for a loose or broken fibre, or a device on the ring without power",
+                    ClockText(*status.cut_since)));
   } else if (nobody && echoless) {
     found.push_back(
         fmt::format("none of its {} devices answers, and requests do not come back as an echo ({}, "

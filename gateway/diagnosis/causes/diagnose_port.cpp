@@ -54,8 +54,7 @@ std::string SayEndsInside(const config::Line& line, std::span<const bus::DeviceR
   };
   if (!line.is_network() || !std::ranges::any_of(devices, breaks_off)) return {};
   return "the server closes the connection in the middle of replies. Check the server and the "
-         "device behind "
-         "it (firmware, limits)";
+         "device behind it (firmware, limits)";
 }
 
 const char* WhyNoData(const config::SerialSettings& serial) {
@@ -67,8 +66,7 @@ const char* WhyNoData(const config::SerialSettings& serial) {
     return ", because XOFF came, and no XON after it. Switch XON/XOFF off at both ends";
   }
   return ", because it takes no data. Unplug the adapter and plug it in again, or restart the "
-         "device "
-         "behind it";
+         "device behind it";
 }
 
 std::string Lost(const config::Line& line, const bus::LineStatus& status, std::size_t times,
@@ -142,8 +140,7 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
   if (ends.alike >= kThrice && ends.age > Duration()) {
     return fmt::format(
         "each connection lasted about {:.1f} s: raise the limit of the server for the time of a "
-        "connection, "
-        "or end another client that takes it",
+        "connection, or end another client that takes it",
         Seconds(ends.age));
   }
   if (in_use) {
@@ -159,8 +156,7 @@ std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
   if (status.port == bus::LineStatus::Port::released && status.lent_to_client) {
     return fmt::format(
         "{} until {}; meanwhile the points of the line are out of service. Run 'baudgate release "
-        "{} --end' to take the "
-        "port back",
+        "{} --end' to take the port back",
         status.port_text, ClockText(status.released_until), line.name);
   }
   if (status.port == bus::LineStatus::Port::released) {

@@ -101,8 +101,7 @@ std::string Unmet(const Reader& reader) {
   if (asked.empty()) return {};
   return "a reader of " + reader.topicName().to_string() + " at " + HostOf(reader) +
          " receives no samples, because it asks for " + asked +
-         ", which is not offered; docs/dds.md lists what a reader may "
-         "request";
+         ", which is not offered; docs/dds.md lists what a reader may request";
 }
 
 }  // namespace

@@ -142,8 +142,7 @@ TEST_F(DiagnoseTest, AConnectionThatEndsInsideRepliesIsReported) {
   Looked(device(), Symptom::tail_lost, 3);
   const auto says = ElementsAre(
       "the server closes the connection in the middle of replies. Check the server and the device "
-      "behind it "
-      "(firmware, limits)");
+      "behind it (firmware, limits)");
   EXPECT_THAT(SayOfLine(), says);
   line_.port = bus::LineStatus::Port::closed;
   EXPECT_THAT(SayOfLine(), says);
@@ -213,9 +212,8 @@ TEST_F(DiagnoseTest, APortThatTakesNoDataIsReported) {
   line_.takes_no_data = true;
   const auto say = [this] { return SayOfLine()[0]; };
   using ::testing::EndsWith;
-  EXPECT_THAT(say(),
-              EndsWith("in the last hour, because it takes no data. Unplug the adapter and plug "
-                       "it in again, or restart the device behind it"));
+  EXPECT_THAT(say(), EndsWith("in the last hour, because it takes no data. Unplug the adapter and "
+                              "plug it in again, or restart the device behind it"));
   config_.lines[0].serial.xonxoff = true;
   EXPECT_THAT(say(), EndsWith("XOFF came, and no XON after it. Switch XON/XOFF off at both ends"));
   config_.lines[0].serial.rtscts = true;

@@ -58,13 +58,11 @@ TEST_F(SecurityCheck, ReportsExpiredAndExpiringFiles) {
   EXPECT_THAT(
       Found(kNow + kDemoValidity - 59 * 24h),
       ElementsAre(
-          "warning identity: g/identity.pem expires on 2031-11-21; have a new one "
-          "issued",
+          "warning identity: g/identity.pem expires on 2031-11-21; have a new one issued",
           "warning permissions: g/permissions.p7s expires on 2031-11-21; have a new file signed"));
   EXPECT_THAT(
       Found(kNow + kDemoValidity + 1s),
-      ElementsAre("identity: g/identity.pem expired on 2031-11-21; have a new one "
-                  "issued",
+      ElementsAre("identity: g/identity.pem expired on 2031-11-21; have a new one issued",
                   "permissions: g/permissions.p7s expired on 2031-11-21; have a new file signed"));
   EXPECT_THAT(Found(kNow - 48h),
               ElementsAre(StartsWith("ca: g/ca.pem is not valid before 2026-11-21T00:00:00.000Z"),

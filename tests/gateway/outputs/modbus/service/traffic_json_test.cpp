@@ -427,14 +427,13 @@ TEST(DiagnoseMaster, TheAdviceOnSilenceDependsOnEarlierFrames) {
               ElementsAre("no request has come for 2 min: does the master still poll?"));
   master.last_frame = {};
   master.frames = 0;
-  EXPECT_THAT(DiagnoseMaster(master, kToday),
-              ElementsAre("no byte has come for 3 h: does the master poll, and are A and B "
-                          "swapped?"));
+  EXPECT_THAT(
+      DiagnoseMaster(master, kToday),
+      ElementsAre("no byte has come for 3 h: does the master poll, and are A and B swapped?"));
   master.damaged = 7;
   EXPECT_THAT(DiagnoseMaster(master, kToday),
               ElementsAre("bytes arrive, but no complete request has come for 3 h: check bit rate, "
-                          "parity and wiring "
-                          "(19200 8E1)"));
+                          "parity and wiring (19200 8E1)"));
   master.since = kToday - 30s;
   master.damaged = 0;
   EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty()) << "the port is open for a moment only";
@@ -486,8 +485,8 @@ TEST(DiagnoseRoute, AUnitThatHasNeverAnsweredIsNamed) {
   route.last_trouble = "no_reply";
   route.last_trouble_at = kToday - 1s;
   const std::string unit =
-      "unit 51 has never answered (40 requests; last failure of the route: no_reply): check "
-      "its power, address and wiring; ";
+      "unit 51 has never answered (40 requests; last failure of the route: no_reply): check its "
+      "power, address and wiring; ";
   EXPECT_THAT(DiagnoseRoute(route, kToday),
               ElementsAre(unit + "if no unit of line drive answers, check port, wiring, bit rate "
                                  "and parity"));
