@@ -143,7 +143,7 @@ const FaultRow kFaults[] = {
          return framed;
        });
      },
-     "the same bytes stand around its replies \\(10 02 ... 10 03\\)", "noise|gap|second master",
+     "the same bytes come around its replies \\(10 02 ... 10 03\\)", "noise|gap|second master",
      true, IsSerial},
     {"XOFF",
      [](Stage stage) {
@@ -221,7 +221,7 @@ const FaultRow kFaults[] = {
          return noise;
        });
      },
-     "bytes stand before its replies|damaged|not Modbus TCP", "gap|second master|power", true,
+     "bytes come before its replies|damaged|not Modbus TCP", "gap|second master|power", true,
      IsSerial},
     {"noise behind",
      [](Stage stage) {
