@@ -66,7 +66,7 @@ const deviceColumns = [
   {title: 'OK', class: 'num', text: (d) => percent(okShare(d))},
   counted('Retries', (d) => d.retries),
   counted('Missed', (d) => d.missed),
-  {title: 'Mean', class: 'num', text: (d) => micros(d.round_trips.mean_us)},
+  {title: 'Mean round trip', class: 'num', text: (d) => micros(d.round_trips.mean_us)},
 ];
 
 export function line(root, name) {
