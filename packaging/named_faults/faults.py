@@ -27,7 +27,7 @@ FAULTS = [
     Fault("in pieces", WIRE, m.pieces(4, 0.12), "pieces|pause", "timing: \\{ gap", "power|second master|bit rate"),
     Fault("dribble", WIRE, m.pieces(1, 0.11), "pieces|pause", "timing: \\{ gap", "power|second master|bit rate"),
     Fault("pause of 400 ms now and then", WIRE, m.now_and_then(m.paused(0.4), 4), "pieces|pause", "timing: \\{ gap", "power|second master|bit rate"),
-    Fault("slow device, fast neighbour", "spa dcon rtu", m.late(0.3), "takes .* of the line's time|ms an exchange", "poll", "power|raise the bit rate|noise", "beside",
+    Fault("slow device, fast neighbour", "spa dcon rtu", m.late(0.3), "takes .* of the line's time|ms per exchange", "poll", "power|raise the bit rate|noise", "beside",
           device="poll: 300ms, timing: { reply: 1s }", neighbour="poll: 300ms"),
     # Parts are missing.
     Fault("half replies", ALL, m.sends(m.half), "break off|half|stop", "buffer|wire|serial server|converter|ask for less", "bit rate|power|second master", "alone beside"),

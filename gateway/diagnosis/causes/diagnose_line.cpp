@@ -360,7 +360,7 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
   if (most >= kMuchOfOne && devices.size() > 1 && stands_out) {
     const auto each = busiest->status.round_trips.mean();
     return fmt::format(
-        "{} takes {} of the line's time, {} ms an exchange. Poll it less often (poll), or {}",
+        "{} takes {} of the line's time, {} ms per exchange. Poll it less often (poll), or {}",
         name(*busiest), Percent(most), Milliseconds(each), ask_less);
   }
   if (served >= kFull && IsQuietTime(devices)) {

@@ -270,10 +270,10 @@ Sentences DiagnosePoints(const bus::LineStatus& line, const bus::DeviceRecord& r
   Sentences found;
   if (doubts.stale > 0) found.push_back(SayStale(record, doubts.stale, now));
   if (doubts.doubted > 0) {
-    found.push_back(fmt::format(
-        "{} of {} points are in doubt until the next read, because the port was reopened, "
-        "the device was away, or a reply may belong to another request",
-        doubts.doubted, points));
+    found.push_back(
+        fmt::format("{} of {} points are uncertain until the next read, because the port was "
+                    "reopened, the device was away, or a reply may belong to another request",
+                    doubts.doubted, points));
   }
   if (doubts.reported > 0) {
     found.push_back(fmt::format("{} of {} points have no good value ({}){}", doubts.reported,

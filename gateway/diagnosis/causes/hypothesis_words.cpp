@@ -557,7 +557,7 @@ std::string SayTooFast(const Evidence& evidence) {
   const Duration enough = std::max<Duration>(kPause, *known);
   if (pause >= kUsualPause) {
     return cause + "Set " + set(enough, 1) +
-           "; this does not help if it loses every second request";
+           "; if every second request still gets no answer, the pause is not the cause";
   }
   if (enough <= kMargin * kWideMargin * probable) return cause + "Set " + set(enough, 1);
   return cause + "Set " + set(probable, kMargin) +

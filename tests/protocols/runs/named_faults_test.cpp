@@ -443,8 +443,9 @@ TEST_P(NamedFaults, TheSlowDeviceIsNamedAndNotItsNeighbour) {
   if (rig->StatusOf(1).missed < 10) return;
   EXPECT_TRUE(std::regex_search(
       text,
-      std::regex(rig.device(0).name + " takes [0-9]+ % of the "
-                                      "line's time, [0-9]+ ms an exchange\\. Poll it less often")))
+      std::regex(
+          rig.device(0).name +
+          " takes [0-9]+ % of the line's time, [0-9]+ ms per exchange\\. Poll it less often")))
       << text;
 }
 

@@ -326,7 +326,7 @@ TEST_F(MissedTest, TheDeviceThatUsesMostOfTheTimeIsNamed) {
   Minute().served = kWatched / 5;
   Neighbours().served = kWatched * 3 / 4;
   const std::string cause =
-      "75 % of the line's time, 348 ms an exchange. Poll it less often (poll), or ask for fewer "
+      "75 % of the line's time, 348 ms per exchange. Poll it less often (poll), or ask for fewer "
       "points";
   EXPECT_THAT(SayOfLine(), ElementsAre("polls are missed: feeder-1 takes " + cause));
   EXPECT_THAT(Say(), ElementsAre(missed_ + "feeder-1 takes " + cause));

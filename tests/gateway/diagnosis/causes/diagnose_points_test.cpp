@@ -338,9 +338,10 @@ TEST_F(DiagnoseTest, PointsInDoubtAreNotBlamedOnTheDevice) {
     point.reported = Quality::good;
   }
   record_.points[0].at_best = Quality::uncertain;
-  EXPECT_THAT(Say(), ElementsAre("1 of 2 points are in doubt until the next read, because the port "
-                                 "was reopened, the device was away, or a reply may belong to "
-                                 "another request"));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre("1 of 2 points are uncertain until the next read, because the port was reopened, "
+                  "the device was away, or a reply may belong to another request"));
   record_.points[0].at_best = Quality::uncertain_last_usable;
   EXPECT_THAT(Say(),
               ElementsAre(::testing::HasSubstr("1 of 2 points are older than their max_age")));

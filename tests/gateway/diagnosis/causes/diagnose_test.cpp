@@ -287,9 +287,9 @@ TEST_F(DiagnoseTest, BytesBesideGoodRepliesAreReported) {
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("stray bytes come before its replies")))
       << "a packet stands around each";
   Looked(device(), Symptom::few_beside, 10, {.cause = "10 02 ... 10 03"});
-  EXPECT_THAT(Say(), ElementsAre("the same bytes come around its replies (10 02 ... 10 03). Set "
-                                 "the modem, radio or serial server in between to raw, or "
-                                 "terminate the bus"));
+  EXPECT_THAT(Say(),
+              ElementsAre("the same bytes come around its replies (10 02 ... 10 03). Set the "
+                          "modem, radio or serial server in between to raw, or terminate the bus"));
   Looked(device(), Symptom::copies, 32);
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("its replies come twice in 32 of 32")));
   Looked(device(), Symptom::others_beside, 1);
@@ -356,9 +356,8 @@ TEST_F(DiagnoseTest, AnUnsetClockIsReported) {
 TEST_F(DiagnoseTest, ADegradedDeviceReportsItsLastTrouble) {
   device().state = bus::DeviceState::degraded;
   Ended(Outcome::corrupt, 1, "checksum 3A is not 74");
-  EXPECT_THAT(
-      Say(), ElementsAre(
-                 "degraded: several of its last 32 exchanges failed; last: checksum 3A is not 74"));
+  EXPECT_THAT(Say(), ElementsAre("degraded: several of its last 32 exchanges failed; last failure: "
+                                 "checksum 3A is not 74"));
 }
 
 TEST(Reason, IsShortened) {
