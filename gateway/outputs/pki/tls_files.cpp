@@ -28,7 +28,7 @@ std::string DayOf(WallTime time) { return FormatWallTime(time).substr(0, 10); }
 Result<std::string> CertificatesIn(const std::string& file) {
   const auto text = ReadFile(file);
   if (!text) return Error{file + " " + text.error()};
-  if (ParseCertificates(*text).empty()) return Error{file + " has no certificate in PEM form"};
+  if (ParseCertificates(*text).empty()) return Error{file + " contains no certificate in PEM form"};
   return *text;
 }
 
@@ -36,11 +36,13 @@ Result<std::string> KeyIn(const std::string& file) {
   if (std::string why = WhyNotTrusted(file); !why.empty()) return Error{"the key " + why};
   struct stat its {};
   if (::stat(file.c_str(), &its) == 0 && (its.st_mode & S_IRWXO) != 0) {
-    return Error{"the key " + file + " can be read by every user; run: chmod o= " + file};
+    return Error{"the key " + file +
+                 " can be read or changed by every user; run: chmod o= " + file};
   }
   const auto text = ReadFile(file);
   if (!text) return Error{"the key " + file + " " + text.error()};
-  if (!ParseKey(*text, {})) return Error{file + " has no private key in PEM form without password"};
+  if (!ParseKey(*text, {}))
+    return Error{file + " contains no private key in PEM form without password"};
   return *text;
 }
 
@@ -56,7 +58,8 @@ Result<TlsTexts> ReadTls(const TlsFiles& files) {
   if (X509_check_private_key(chain.front().get(), ParseKey(*key, {}).get()) != 1) {
     ERR_clear_error();
     return Error{"the key " + files.key + " does not belong to the certificate " +
-                 files.certificate + "; the certificate of the gateway must be the first in it"};
+                 files.certificate +
+                 "; the certificate of the gateway must be the first in that file"};
   }
   texts.until = WallTime::max();
   for (const Certificate& one : chain) {

@@ -120,7 +120,7 @@ Result<UserFile> UserFile::Read(const std::filesystem::path& file) {
     return Error{name + " cannot be read: " + SystemTrouble(errno)};
   }
   if ((its.st_mode & S_IRWXO) != 0) {
-    return Error{name + " can be read by every user; run: chmod o= " + file.string()};
+    return Error{name + " can be read or changed by every user; run: chmod o= " + file.string()};
   }
   const auto text = ReadWhole(file);
   if (!text) return Error{name + " cannot be read: " + SystemTrouble(errno)};

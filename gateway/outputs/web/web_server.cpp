@@ -221,7 +221,7 @@ void WebServer::Handle(const Request& as_sent, Answered answered) {
 /// of a second.
 void WebServer::LogIn(Request request, Answered answered) {
   constexpr std::size_t kMostLogins = 16;
-  if (logins_ >= kMostLogins) return answered(Problem(503, "too many logins at once"));
+  if (logins_ >= kMostLogins) return answered(Problem(503, "too many logins at once; try again"));
   ++logins_;
   asio::post(login_loop_.io(),
              [this, request = std::move(request), answered = std::move(answered)] {

@@ -214,7 +214,7 @@ void RecordService::OnAnswer(Debt& debt, Instant asked, const WriteResult& resul
       if (!away && ++debt.tries >= kTries) {
         --owing_;
         const std::string why =
-            result.reason.empty() ? "not all requested points were read" : result.reason;
+            result.reason.empty() ? "not all values of the record could be read" : result.reason;
         Settle(debt, NotRead(why, now.wall), steps);
       }
     }
