@@ -165,9 +165,15 @@ void ReadHosts(const YamlNode& list, Web& web, Problems& problems) {
 void ReadTokenFile(const YamlNode& node, Web& web, Problems& problems) {
   MapReader map(node, "token", problems);
   if (node.kind() != YamlNode::Kind::map) return;
-  map.Need("file", "/etc/baudgate/web.token");
-  web.token_file = ReadAbsolutePath(map, "file", "/etc/baudgate/web.token");
-  web.token_mark = map.MarkOf("file");
+  if (const auto credential = map.Label("credential")) {
+    web.token_file = std::string(kCredentials) + *credential;
+    web.token_mark = map.MarkOf("credential");
+    map.Refuse("file", "file: the token is the credential '" + *credential + "' already");
+  } else {
+    map.Need("file", "/etc/baudgate/web.token");
+    web.token_file = ReadAbsolutePath(map, "file", "/etc/baudgate/web.token");
+    web.token_mark = map.MarkOf("file");
+  }
   map.Finish();
 }
 

@@ -250,6 +250,9 @@ void VisitFields(const Users*, Visit visit) {
   visit(Derived<&Users::mark>());
 }
 
+/// systemd's variable of the folder with a service's credentials (systemd.exec(5)), and a slash.
+inline constexpr std::string_view kCredentials = "$CREDENTIALS_DIRECTORY/";
+
 // Web contains the settings of the web page, its JSON and its metrics (gateway/outputs/web).
 struct Web {
   static constexpr bool kReloads = true;
@@ -258,12 +261,14 @@ struct Web {
   HostPort listen{"127.0.0.1", 8502};
   std::vector<Network> allow;      ///< networks that are allowed to connect; empty: everybody
   std::vector<std::string> hosts;  ///< the gateway's host names for browsers, in lower case
-  std::string token_file;          ///< empty: there is no login
-  bool acknowledge = false;        ///< true: clients are allowed to acknowledge alarms
-  std::vector<Network> proxies;    ///< proxies whose X-Forwarded-For is trusted
-  std::string certificate;         ///< file; empty: no TLS
-  std::string key;                 ///< file, with `certificate`
-  std::string client_ca;           ///< file; empty: clients need no certificate
+  /// File of the token; empty: there is none. A name behind kCredentials is a credential of
+  /// systemd (LoadCredential=).
+  std::string token_file;
+  bool acknowledge = false;      ///< true: clients are allowed to acknowledge alarms
+  std::vector<Network> proxies;  ///< proxies whose X-Forwarded-For is trusted
+  std::string certificate;       ///< file; empty: no TLS
+  std::string key;               ///< file, with `certificate`
+  std::string client_ca;         ///< file; empty: clients need no certificate
   Mark token_mark;
   Mark certificate_mark;
 
@@ -280,7 +285,9 @@ void VisitFields(const Web*, Visit visit) {
                            .fallback = "everybody"});
   visit(Field<&Web::hosts>{.help = "names of this gateway in browsers: [gate.example.com]"});
   visit(Field<&Web::token_file>{.key = "token",
-                                .help = "{ file: PATH }, mode 0600: its first line is the token"});
+                                .help =
+                                    "{ file: PATH }, mode 0600: its first line is the token; or "
+                                    "{ credential: NAME } of systemd"});
   visit(Field<&Web::acknowledge>{.help = "whether alarms may be acknowledged on the page",
                                  .words = kDenyAllow});
   visit(Field<&Web::proxies>{

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -42,7 +43,27 @@ class OpenFile {
 
 }  // namespace
 
-Result<std::string> ReadToken(const std::string& file) {
+namespace {
+
+/// Returns the path of a file or of a credential (config::kCredentials). An error: systemd has
+/// passed no credentials.
+Result<std::string> PathOf(const std::string& file) {
+  if (!file.starts_with(config::kCredentials)) return file;
+  const std::string credential = file.substr(config::kCredentials.size());
+  const char* const folder = std::getenv("CREDENTIALS_DIRECTORY");
+  if (folder != nullptr) return std::string(folder) + "/" + credential;
+  return Error{"systemd has passed no credential '" + credential +
+               "'; add it to the service: LoadCredential=" + credential +
+               ":/etc/baudgate/web.token"};
+}
+
+}  // namespace
+
+Result<std::string> ReadToken(const std::string& configured) {
+  const auto path = PathOf(configured);
+  if (!path) return Error{path.error()};
+  const std::string& file = *path;
+  const bool is_credential = file != configured;
   const std::string name = "the token file " + file;
   const OpenFile open(file);
   if (open.get() < 0) {
@@ -57,7 +78,9 @@ Result<std::string> ReadToken(const std::string& file) {
   if (::fstat(open.get(), &status) != 0 || !S_ISREG(status.st_mode)) {
     return Error{name + " is not a regular file"};
   }
-  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+  // systemd lets the service read its credentials by an ACL, which the mode shows as group rights.
+  const mode_t others = is_credential ? S_IRWXO : S_IRWXG | S_IRWXO;
+  if ((status.st_mode & others) != 0) {
     return Error{name + " can be read by other users than its owner; run: chmod 0600 " + file};
   }
   std::array<char, kLongestToken + 2> bytes{};
