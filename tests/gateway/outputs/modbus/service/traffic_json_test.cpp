@@ -92,7 +92,8 @@ client          on           priority  requests  exceptions  waiting  bytes in  
 }
 
 TEST(Traffic, EachRouteCounterIsUniqueAndDocumented) {
-  EXPECT_THAT(status::TroublesOfKeys<modbus::RouteStatus>("field of a route"), ::testing::IsEmpty());
+  EXPECT_THAT(status::TroublesOfKeys<modbus::RouteStatus>("field of a route"),
+              ::testing::IsEmpty());
 }
 
 TEST(Traffic, TheJsonOfARouteIsUnchanged) {
