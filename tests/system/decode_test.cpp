@@ -91,8 +91,9 @@ TEST_F(Traces, KeepTheRecordedOutcomes) {
       {"ok", "", 1},
       {"ok",
        "the recorded outcome is shown; these bytes and options alone would mean: unsupported (the "
-       "module answers '?01' to #: the module does not know this command, or the channel does not "
-       "exist or is disabled)",
+       "module answers '?01' to #: the module does not have this command or channel, or the "
+       "channel "
+       "is disabled)",
        0},
       {"ok", "", 0},
   };

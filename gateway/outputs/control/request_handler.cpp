@@ -535,8 +535,8 @@ std::string WhatOf(const Command& command, const status::Json& request) {
 /// Returns "ok", or the reason of a failure, or what a reload has changed.
 std::string ResultOf(const status::Json& answer) {
   if (!answer.is_object()) return "ok";
-  if (answer.contains("error")) return answer.value("message", "failed");
-  if (!answer.value("ok", true)) return answer.value("text", "failed");
+  if (answer.contains("error")) return answer.value("message", std::string("failed"));
+  if (!answer.value("ok", true)) return answer.value("text", std::string("failed"));
   std::string result = "ok";
   if (const auto changes = answer.find("changes"); changes != answer.end()) {
     for (const auto& change : *changes) result += "; " + change.get<std::string>();

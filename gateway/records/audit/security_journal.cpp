@@ -60,15 +60,11 @@ struct SecurityJournal::File {
     WallTime time{};
   };
 
-  bool Take(std::vector<Waiting>& rows) {
+  /// Takes the rows that wait. Returns how many were lost since the last call.
+  std::size_t Take(std::vector<Waiting>& rows) {
     const MutexLock lock(mutex);
     rows.swap(waiting);
-    if (const std::size_t dropped = std::exchange(lost, 0); dropped > 0) {
-      rows.push_back({{"journal", "baudgate", "", fmt::format("{} rows were lost", dropped),
-                       "too many waited for the disk"},
-                      ReadClocks().wall});
-    }
-    return !rows.empty();
+    return std::exchange(lost, 0);
   }
 
   fs::path Folder() {
@@ -79,7 +75,15 @@ struct SecurityJournal::File {
   void Round() {
     std::vector<Waiting> rows;
     folder = Folder();
-    if (folder.empty() || !Take(rows)) return;
+    if (folder.empty()) return;
+    const std::size_t gone = Take(rows);
+    const std::size_t count = rows.size();
+    if (gone > 0) {
+      rows.push_back({{"journal", "baudgate", "", fmt::format("{} rows were lost", gone),
+                       "the disk did not take them in time"},
+                      ReadClocks().wall});
+    }
+    if (rows.empty()) return;
     std::string text;
     const Status opened = Open();
     for (const Waiting& row : rows) text += opened ? LineOf(row) : std::string();
@@ -89,8 +93,8 @@ struct SecurityJournal::File {
                       (folder / kFile).string(), written.error());
     }
     const MutexLock lock(mutex);
-    if (!written) lost += rows.size();
-    done += rows.size();
+    if (!written) lost += gone + count;
+    done += count;
   }
 
   /// Opens the file, and finds the last row, whose number and hash the next row continues. A row
@@ -249,11 +253,12 @@ Result<JournalCheck> VerifyJournal(const fs::path& folder) {
         continue;
       }
       JournalRow row{json.value("n", std::int64_t{0}),
-                     json.value("time", ""),
-                     {json.value("kind", ""), json.value("who", ""), json.value("from", ""),
-                      json.value("what", ""), json.value("result", "")}};
-      const bool follows =
-          !any || (row.number == number + 1 && json.value("prev", "") == check.last_hash);
+                     json.value("time", std::string()),
+                     {json.value("kind", std::string()), json.value("who", std::string()),
+                      json.value("from", std::string()), json.value("what", std::string()),
+                      json.value("result", std::string())}};
+      const bool follows = !any || (row.number == number + 1 &&
+                                    json.value("prev", std::string()) == check.last_hash);
       if (!follows) fault(i + 1, "rows before this row are missing or were changed");
       any = true;
       number = row.number;

@@ -49,10 +49,12 @@ TEST_F(DiagnoseTest, ABusWithoutEchoIsNotReportedAsAnOpenRing) {
                           "or the bus does not echo (set 'echo: off' at the line)"));
   Looked(device(), Symptom::odd, 9);
   device().state = neighbour_.status.state = bus::DeviceState::offline;
-  EXPECT_THAT(SayOfLine(),
-              ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
-                          "echo: verify). Close the ring (a loose fibre, a device without power), "
-                          "or set 'echo: off' for a bus without echo"));
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre(
+          "none of its 2 devices answers, and requests do not come back as an "
+          "echo (90 times, echo: verify). Close the ring (a loose fibre, a device without power), "
+          "or set 'echo: off' for a bus without echo"));
 }
 
 TEST_F(DiagnoseTest, EachTroubleOfALineHasItsSentence) {
