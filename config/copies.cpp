@@ -129,7 +129,9 @@ Result<std::string> MaskedConfig(const std::string& yaml, const std::set<std::st
     return Error{"the configuration is not valid YAML, so its secrets cannot be found and hidden"};
   Masker masker(secrets);
   if (!masker.Collect(root->yaml(), false))
-    return Error{"an alias (*) in the configuration refers to itself"};
+    return Error{
+        "an alias (*) in the configuration refers to itself, so the secrets cannot be found and "
+        "hidden"};
   YAML::Emitter out;
   masker.Emit(root->yaml(), out);
   return std::string(out.c_str()) + "\n";
@@ -213,7 +215,7 @@ class Trial {
     }
     for (const std::string& section : others) {
       root.remove(section);
-      left_out.push_back(section + ": a trial cannot run this section");
+      left_out.push_back(section + ": a simulation cannot run this section");
     }
   }
 
@@ -244,7 +246,8 @@ class Trial {
   bool IsSerial(const YAML::Node& listener) {
     const YAML::Node at = listener.IsMap() ? listener["at"] : listener;
     if (!at || !at.IsScalar() || !at.Scalar().starts_with("/")) return false;
-    left_out.push_back("the listener at " + at.Scalar() + ": a trial opens no real serial port");
+    left_out.push_back("the listener at " + at.Scalar() +
+                       ": a simulation opens no real serial port");
     return true;
   }
 
@@ -280,8 +283,8 @@ class Trial {
         continue;
       }
       left_out.push_back("the route to server " + route["server"].Scalar() +
-                         ": a trial sends nothing to other machines, and it cannot simulate the "
-                         "registers of this server");
+                         ": a simulation sends nothing to other machines, and it cannot simulate "
+                         "the registers of this server");
     }
     modbus["routes"] = kept;
   }

@@ -129,9 +129,10 @@ const RawProfile* FindProfile(MapReader& map, const protocols::Protocol* protoco
   std::error_code error;
   if (!std::filesystem::is_regular_file(*path, error)) {
     const bool exists = std::filesystem::exists(*path, error);
-    context.problems.Error(node->mark(),
-                           exists ? "profile: " + path->string() + " is not a regular file"
-                                  : "profile: there is no file " + path->string());
+    context.problems.Error(
+        node->mark(),
+        exists ? "profile: " + path->string() + " is not a regular file; correct the path"
+               : "profile: there is no file " + path->string() + "; correct the path");
     return nullptr;
   }
   const auto real = std::filesystem::weakly_canonical(*path, error);
@@ -237,7 +238,7 @@ void CheckOwnTcp(const protocols::Protocol& protocol, const LineContext& of, con
   if (of.protocol == nullptr || protocol.tcp == of.protocol->tcp) return;
   problems.Error(keys.MarkOf("protocol"),
                  "protocol: " + std::string(protocol.name) + " cannot share a line with " +
-                     std::string(of.protocol->name) + "; give it a line of its own");
+                     std::string(of.protocol->name) + "; move this device to a line of its own");
 }
 
 }  // namespace

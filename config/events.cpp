@@ -135,10 +135,11 @@ void ReadEventAlarms(MapReader& map, Device& device) {
   if (!node) return;
   Problems& problems = map.problems();
   if (device.event_texts.empty()) {
-    problems.Error(node->mark(), "event_alarms: " +
-                                     (device.profile.empty() ? "the device has no profile with a"
-                                                             : Quoted(device.profile) + " has no") +
-                                     " table of events");
+    problems.Error(node->mark(),
+                   "event_alarms: " +
+                       (device.profile.empty() ? "the device has no profile with a"
+                                               : Quoted(device.profile) + " has no") +
+                       " table of events; use a profile with events, or remove the key");
     return;
   }
   std::vector<EventAlarm> events;
@@ -205,7 +206,7 @@ void CheckHysteresis(const PointEvent& event, const Point& point, const MapReade
   const auto error = [&](const std::string& text) {
     map.problems().Error(map.MarkOf("hysteresis"), "hysteresis: " + text);
   };
-  if (event.hysteresis < 0) return error("must not be negative");
+  if (event.hysteresis < 0) return error("must not be negative; write 0 or more");
   if (!IsNumber(point.type)) {
     return error("only numbers can have a hysteresis, but '" + point.name + "' is " +
                  std::string(Name(point.type)) + "; remove the key");
@@ -223,7 +224,9 @@ void CheckNormal(const PointEvent& event, const Point& point, const MapReader& m
   const auto error = [&](const std::string& text) {
     map.problems().Error(map.MarkOf("normal"), "normal: " + text);
   };
-  if (event.on != PointEvent::On::change) return error("this key needs on: change");
+  if (event.on != PointEvent::On::change)
+    return error(
+        "only an event with on: change can have this key; write on: change, or remove the key");
   if (point.type == Type::boolean)
     return error("a bool point needs no normal value; remove the key");
   if (point.type == Type::string) return;
@@ -386,8 +389,8 @@ void ReadDeviceEvents(MapReader& map, bool given, Device& device) {
                          "events: " +
                              (device.profile.empty() ? "the device has no profile with a"
                                                      : Quoted(device.profile) + " has no") +
-                             " table of events, so events of the device have no texts, or never "
-                             "come; use a profile with events, or remove the key");
+                             " table of events, so the gateway has no texts for events that the "
+                             "device sends; use a profile with events, or remove the key");
 }
 
 std::vector<EventText> ReadEventTable(const YamlNode& node,

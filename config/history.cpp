@@ -171,7 +171,7 @@ std::optional<Pattern> ReadPattern(const YamlNode& node, const HistoryPoint& usu
     Assign(pattern.log, map.OneOf("log", kWords<Log>));
     pattern.deadband = map.Number("deadband");
     if (pattern.deadband && pattern.deadband->is_negative()) {
-      problems.Error(map.MarkOf("deadband"), "deadband: must not be negative");
+      problems.Error(map.MarkOf("deadband"), "deadband: must not be negative; write 0 or more");
     }
     map.Read<&HistoryPoint::max_gap>(pattern.kept);
     map.Finish();

@@ -250,9 +250,10 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   const bool unpolled =
       map.Has("lend") && !map.Has("devices") && !map.Has("protocol") && !map.Has("serial_server");
   if (unpolled) {
-    context.problems.Error(map.MarkOf("lend"),
-                           "lend: this port is not polled, so it cannot be lent; use serial_server "
-                           "instead, or add protocol and devices");
+    context.problems.Error(
+        map.MarkOf("lend"),
+        "lend: only a port that the gateway polls can be lent, but this line has no protocol and "
+        "no devices; add them, or use serial_server instead");
   }
   const bool served = map.Has("serial_server") || unpolled;
   if (const auto name = served ? map.Get("protocol") : map.Need("protocol", "spabus")) {

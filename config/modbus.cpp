@@ -119,7 +119,7 @@ Result<HostPort> ParseOwnAddress(const std::string& text, const std::string& exa
   if (IsIpAddress(at->host)) return at;
   return Error{
       Quoted(at->host) +
-      " is not an address of this machine; write an IP address, or 0.0.0.0 for all addresses"};
+      " is not an IP address; write an IP address of this machine, or 0.0.0.0 for all addresses"};
 }
 
 void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,

@@ -43,7 +43,8 @@ void ReadPeer(const YamlNode& node, Dds& dds, Problems& problems) {
     return;
   }
   if (std::ranges::find(dds.peers, *address) != dds.peers.end()) {
-    problems.Warning(node.mark(), "peers: " + *address + " is already in the list");
+    problems.Warning(node.mark(),
+                     "peers: " + *address + " is already in the list; remove one of the two");
   }
   CheckReach(dds, *address, "peers", node.mark(), problems);
   dds.peers.push_back(*address);
@@ -53,12 +54,13 @@ void ReadServer(const YamlNode& node, Dds& dds, Problems& problems) {
   const auto parse = [](const std::string& text) -> Result<HostPort> {
     auto server = ParseDiscoveryServer(text);
     if (!server || !IsEverywhere(server->host)) return server;
-    return Error{Quoted(text) + " is not the address of one machine"};
+    return Error{Quoted(text) + " is not the address of one machine; write for example 10.0.0.7"};
   };
   const auto server = ReadParsed(node, "discovery_servers", problems, parse);
   if (!server) return;
   if (std::ranges::find(dds.discovery_servers, *server) != dds.discovery_servers.end()) {
-    problems.Warning(node.mark(), "discovery_servers: " + node.text() + " is already in the list");
+    problems.Warning(node.mark(), "discovery_servers: " + node.text() +
+                                      " is already in the list; remove one of the two");
   }
   CheckReach(dds, server->host, "discovery_servers", node.mark(), problems);
   dds.discovery_servers.push_back(*server);
@@ -82,10 +84,9 @@ void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
   if (const auto multicast = map.Flag("multicast")) {
     dds.multicast = *multicast;
     if (!*multicast && dds.peers.empty() && dds.discovery_servers.empty()) {
-      problems.Warning(
-          map.MarkOf("multicast"),
-          "multicast: is off, and peers and discovery_servers are empty, so the gateway finds no "
-          "participants, and only those that contact it are connected; add peers");
+      problems.Warning(map.MarkOf("multicast"),
+                       "multicast: is off, and peers and discovery_servers are empty, so the "
+                       "gateway itself finds no DDS participants; add peers");
     }
   }
 }
@@ -164,9 +165,15 @@ void ReadHosts(const YamlNode& list, Web& web, Problems& problems) {
 void ReadTokenFile(const YamlNode& node, Web& web, Problems& problems) {
   MapReader map(node, "token", problems);
   if (node.kind() != YamlNode::Kind::map) return;
-  map.Need("file", "/etc/baudgate/web.token");
-  web.token_file = ReadAbsolutePath(map, "file", "/etc/baudgate/web.token");
-  web.token_mark = map.MarkOf("file");
+  if (const auto credential = map.Label("credential")) {
+    web.token_file = std::string(kCredentials) + *credential;
+    web.token_mark = map.MarkOf("credential");
+    map.Refuse("file", "file: the token is the credential '" + *credential + "' already");
+  } else {
+    map.Need("file", "/etc/baudgate/web.token");
+    web.token_file = ReadAbsolutePath(map, "file", "/etc/baudgate/web.token");
+    web.token_mark = map.MarkOf("file");
+  }
   map.Finish();
 }
 
@@ -305,7 +312,8 @@ Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadCont
     }
     if (!modbus.enabled) {
       problems.Warning(routes->mark(),
-                       "routes: have no effect, because Modbus is switched off (enabled: false)");
+                       "routes: have no effect, because Modbus is switched off; remove routes, or "
+                       "enabled: false");
     }
   }
   map.Finish();

@@ -342,7 +342,8 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
     RawPoint& target = base[found->second];
     if (target.name != point.name) {
       problems.Error(point.mark, "point '" + point.name + "' differs only in case from '" +
-                                     target.name + "' of the profile; write it the same way");
+                                     target.name +
+                                     "' of the profile; write the name as in the profile");
       continue;
     }
     target.mark = point.mark;
@@ -381,12 +382,11 @@ void AssignIntervals(Device& device, Problems& problems) {
     const auto place = static_cast<std::size_t>(known - device.intervals.begin());
     if (place == kMostIntervals) {
       if (std::exchange(told, true)) continue;
-      problems.Error(point.mark, "poll: '" + point.name + "' would be the " +
-                                     std::to_string(kMostIntervals + 1) +
-                                     "th different poll of a point of its device; at most " +
-                                     std::to_string(kMostIntervals) +
-                                     " different values of poll are possible; use an existing "
-                                     "value, or a group (fast, slow, daily)");
+      problems.Error(
+          point.mark,
+          "poll: '" + point.name + "' would be the " + std::to_string(kMostIntervals + 1) +
+              "th different poll of its device, but at most " + std::to_string(kMostIntervals) +
+              " are possible; use an existing value, or a group (fast, slow, daily)");
       continue;
     }
     if (known == device.intervals.end()) device.intervals.push_back(*point.poll);

@@ -135,8 +135,10 @@ Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile
   if (node->kind() == YamlNode::Kind::scalar && node->text() == "ignore") {
     identity.ignore = true;
   } else if (node->kind() == YamlNode::Kind::scalar) {
-    map.problems().Error(node->mark(), "identity: " + Quoted(node->text()) +
-                                           " is neither 'ignore' nor a list of names");
+    map.problems().Error(
+        node->mark(),
+        "identity: " + Quoted(node->text()) +
+            " is neither 'ignore' nor a list of names; write for example identity: [\"NAME\"]");
   } else {
     identity.names = ReadIdentityNames(*node, map.problems());
   }

@@ -38,7 +38,7 @@ std::optional<AllowWhen> ReadInterlock(const YamlNode& node, Problems& problems)
 
 std::string WhatCan(std::string_view name, std::span<const std::string_view> names) {
   constexpr std::size_t kMostNamed = 12;
-  if (names.empty()) return " no point of it can be written";
+  if (names.empty()) return " no point of this device can be written";
   const std::string text = DidYouMean(name, names) + " points that can be written: ";
   if (names.size() <= kMostNamed) return text + Join(names);
   return text + Join(names.first(kMostNamed)) + " and " +
@@ -164,7 +164,8 @@ class Resolver {
     }
     const Point& found = (*points)[*point];
     if (found.access == Access::write) {
-      return Complain(interlock, "cannot be read, so it cannot be a condition");
+      return Complain(interlock,
+                      "cannot be read, so it cannot be a condition; name a point that can be read");
     }
     const std::string& is = std::get<std::string>(interlock.is);
     const std::string zero = found.type == Type::string ? std::string() : WhyLeadingZero(is);
@@ -172,12 +173,13 @@ class Resolver {
     const auto value = ValueOf(found, is);
     if (!value) {
       return Complain(interlock, "is " + std::string(Name(found.type)) + ", so it is never " +
-                                     Quoted(std::get<std::string>(interlock.is)));
+                                     Quoted(std::get<std::string>(interlock.is)) +
+                                     "; correct 'is'");
     }
     if (&found == &guarded) {
       return Complain(interlock,
-                      "is also the point that it guards, which could not be written any more after "
-                      "another value; name another point");
+                      "is also the point that this interlock guards, so after a write of another "
+                      "value every write would be refused; name another point");
     }
     if (const auto* only = std::get_if<std::string>(&interlock.only)) {
       const std::string why = guarded.type == Type::string ? std::string() : WhyLeadingZero(*only);
@@ -186,7 +188,7 @@ class Resolver {
       if (!guards) {
         return Complain(interlock, "for: '" + guarded.name + "' is " +
                                        std::string(Name(guarded.type)) + ", so it is never " +
-                                       Quoted(*only));
+                                       Quoted(*only) + "; correct 'for'");
       }
       interlock.only = *guards;
     }
@@ -249,7 +251,8 @@ void ApplyWritePermit(MapReader& map, Device& device) {
   const bool none = std::ranges::none_of(device.points, CanBeWritten);
   if (none && !interlocks.empty()) {
     map.problems().Error(map.MarkOf("allow_when"),
-                         "allow_when: no point of '" + device.name + "' can be written");
+                         "allow_when: no point of '" + device.name +
+                             "' can be written; give points access: rw, or remove 'allow_when'");
   }
   if (!node) return;
   if (node->kind() == YamlNode::Kind::list) return AllowListed(*node, device, map.problems());

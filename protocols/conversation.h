@@ -208,7 +208,7 @@ struct Answer {
 struct DeviceTrouble {
   /// A reason for which ConcernsDevice is true; Reason::none: the device has no fault.
   Reason reason = Reason::none;
-  /// "type 0D, the profile says 08"; with Reason::none the text is only a remark.
+  /// "type 0D, the profile has 08"; with Reason::none the text is only a remark.
   std::string text{};
 
   explicit operator bool() const { return reason != Reason::none; }

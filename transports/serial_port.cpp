@@ -67,7 +67,7 @@ std::string NoSerialPort(const std::string& port) {
 std::string HowToAllow(const std::string& port) {
   struct stat info {};
   const bool known = stat(port.c_str(), &info) == 0;
-  if (known && !IsGroupForPorts(info.st_gid, info.st_mode)) return HowToGive(port);
+  if (known && !IsGroupForPorts(info.st_gid, info.st_mode)) return "run: " + HowToGive(port);
   const std::string group = known ? GroupOf(info.st_gid) : "dialout";
   return "add the user of the gateway to group " + group;
 }
@@ -95,7 +95,8 @@ std::optional<pid_t> LockHolder(int fd) {
 
 std::string Conflict(const std::string& port, std::optional<pid_t> holder) {
   if (!holder) {
-    return port + " is in use by another program (" + NameHolders(port) + "); close it there first";
+    return port + " is in use by another program (" + NameHolders(port) +
+           "); close the port in that program first";
   }
   if (*holder == getpid())
     return port + " is in use by another line of this gateway; give each line its own port";
@@ -104,7 +105,7 @@ std::string Conflict(const std::string& port, std::optional<pid_t> holder) {
   std::getline(file, name);
   if (name.empty()) name = "another program";
   return port + " is in use by " + name + " (pid " + std::to_string(*holder) +
-         "); close it there first";
+         "); close the port in that program first";
 }
 
 Status Lock(int fd, const std::string& port) {

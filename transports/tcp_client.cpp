@@ -486,8 +486,8 @@ void TcpClient::AwaitAcknowledgement() {
 Status TcpClient::Apply(const config::SerialSettings& serial) {
   if (SameSettings(serial, serial_)) return {};
   return Error{"the serial settings behind " + port_ +
-               " are set in the serial server, so the gateway cannot change them there to " +
-               serial.ToString()};
+               " are set in the serial server, so the gateway cannot change them to " +
+               serial.ToString() + "; set them there"};
 }
 
 Status TcpClient::Reset(const config::SerialSettings& serial) {
@@ -512,7 +512,9 @@ void TcpClient::OnStreamEnd(const std::error_code& error) {
     Close();
     return listener_.OnEnded(port_ + (reset ? " reset" : " closed") + " the connection", unread);
   }
-  if (full) return GetStuck(port_ + " takes no data or does not answer");
+  if (full)
+    return GetStuck(port_ +
+                    " takes no data or does not answer; check this server and the network to it");
   Close();
   listener_.OnLost("the connection to " + port_ + " is lost: " + error.message());
 }

@@ -138,7 +138,7 @@ void CheckPortServer(const PortServer& server, const std::string& key, Problems&
                        "for example allow: [10.0.0.7], or listen on 127.0.0.1");
   } else if (!std::ranges::all_of(server.allow, IsLoopback)) {
     problems.Warning(server.mark, key + ": clients that `allow` admits at " + server.Address() +
-                                      " can send anything to the devices: `write: deny`, limits "
+                                      " can send anything to the devices; `write: deny`, limits "
                                       "and interlocks do not apply to them (docs/security.md)");
   }
 }

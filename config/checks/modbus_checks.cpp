@@ -131,8 +131,10 @@ void CheckRoute(const Route& route, const Keys& keys, Problems& problems) {
                    "remap: " + std::to_string(first) + " changes nothing; remove the key");
   } else if (first < least || last > 255) {
     problems.Error(keys.MarkOf("remap"),
-                   "remap: " + route.Units() + " would become " + RangeText(first, last) + "; " +
-                       (to_line ? "slave numbers on a line are 1…255" : "unit ids are 0…255"));
+                   "remap: " + route.Units() + " would become " + RangeText(first, last) +
+                       ", but " +
+                       (to_line ? "slave numbers on a line are 1…255" : "unit ids are 0…255") +
+                       "; correct remap");
   }
 }
 

@@ -38,7 +38,8 @@ std::string WhyNever(const Sentinel& sentinel, const RawNumbers& numbers) {
   if (numbers.kind == Kind::single) {
     const double nearest = NearestSingle(sentinel.value.ToDouble());
     return "is not a float32 number, so the device never sends it" +
-           (std::isfinite(nearest) ? "; the nearest is " + FormatNumber(nearest) : std::string());
+           (std::isfinite(nearest) ? "; write the nearest, " + FormatNumber(nearest)
+                                   : std::string());
   }
   const auto& [lowest, highest] = numbers.range;
   const Decimal meant = OfBits(sentinel.value, numbers.range);
@@ -139,7 +140,7 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
   }
   if (point.jump && (*point.jump < 0 || !is_number)) {
     problems.Error(keys.MarkOf("jump"),
-                   is_number ? "jump: must not be negative"
+                   is_number ? "jump: must not be negative; write 0 or more"
                              : "jump: only numbers can have a jump, but '" + point.name + "' is " +
                                    std::string(Name(point.type)) + "; remove the key");
   }
@@ -153,7 +154,7 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
                    "jump: has no effect with recheck: off; remove jump or recheck: off");
   }
   if (point.deadband < 0) {
-    problems.Error(keys.MarkOf("deadband"), "deadband: must not be negative");
+    problems.Error(keys.MarkOf("deadband"), "deadband: must not be negative; write 0 or more");
   }
   if (point.type == Type::string && !point.sentinels.empty()) {
     problems.Error(keys.MarkOf("sentinels"),
@@ -205,11 +206,11 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
   if (is_number && !IsFloat(point.type)) {
     if (writing.min && *writing.min > RangeOf(point).highest) {
       error("min", writing.min->ToText() + " is above every value that " +
-                       std::string(Name(point.type)) + " can hold");
+                       std::string(Name(point.type)) + " can hold; write a smaller number");
     }
     if (writing.max && *writing.max < RangeOf(point).lowest) {
       error("max", writing.max->ToText() + " is below every value that " +
-                       std::string(Name(point.type)) + " can hold");
+                       std::string(Name(point.type)) + " can hold; write a larger number");
     }
   }
   if (writing.step && *writing.step <= 0) error("step", "must be above 0");

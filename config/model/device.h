@@ -155,9 +155,11 @@ void VisitFields(const Device*, Visit visit) {
   visit(Key{"event_alarms",
             "priorities of rows of the profile's table of events: { \"2E17\": high }",
             "high, medium, low, off"});
-  visit(Key{"ratios", "the value of 1 of a unit: { xIn: 400 A }"});
-  visit(Key{"write", "which points may be written; writing also needs a listener that permits it",
-            "deny, allow, [points]", "deny"});
+  visit(Key{"ratios", "how much 1 of a unit is at this device: { xIn: 400 A }"});
+  visit(
+      Key{"write",
+          "which points may be written; a Modbus client also needs a listener that permits writes",
+          "deny, allow, [points]", "deny"});
   visit(Key{"allow_when", "interlocks of all points of the device, below"});
   visit(Field<&Device::event_texts>());
   visit(Field<&Device::records>());

@@ -106,7 +106,7 @@ void VisitFields(const Line*, Visit visit) {
   visit(Field<&Line::echo>{
       .help =
           "the adapter returns sent bytes; verify: every request must come back, as in a ring"});
-  visit(Field<&Line::ask>{.help = "whether telegrams sent by hand may write"});
+  visit(Field<&Line::ask>{.help = "whether telegrams of `baudgate ask` may write"});
   visit(Field<&Line::alarms>{.help = "alarms of the line and its devices, below",
                              .fallback = "the gateway's"});
   visit(Field<&Line::options>());

@@ -54,7 +54,8 @@ void VisitFields(const FunctionPriority*, Visit visit) {
   visit(Field<&FunctionPriority::codes>{.help = "function codes: [5, 6, 15, 16]",
                                         .fallback = kRequired});
   visit(Field<&FunctionPriority::priority>{
-      .help = "priority of these functions, used before that of the client and the listener",
+      .help =
+          "priority of these functions, in place of the priority of the client and the listener",
       .fallback = kRequired});
 }
 
@@ -110,8 +111,9 @@ void VisitFields(const Listener*, Visit visit) {
   visit(Field<&Listener::host>());
   visit(Field<&Listener::port>());
   visit(Field<&Listener::path>());
-  visit(Field<&Listener::serial>{.help = "serial port only: as at a line; parity and rs485 as well",
-                                 .fallback = "the usual settings of the framing"});
+  visit(Field<&Listener::serial>{
+      .help = "serial port only: serial settings, as at a line; also the keys parity and rs485",
+      .fallback = "the usual settings of the framing"});
   visit(Field<&Listener::echo>{
       .help = "serial port only: strip if the adapter returns the gateway's own replies"});
   visit(Field<&Listener::framing>{.help = "rtu, ascii: the frames of a serial line, also over TCP",
@@ -130,9 +132,9 @@ void VisitFields(const Listener*, Visit visit) {
       .fallback = "exception; at a serial port silent"});
   visit(Field<&Listener::broadcast>{
       .help = "pass: a write to unit 0 goes to all slaves of lines with a route"});
-  visit(Field<&Listener::holes>{.help =
-                                    "zero: addresses without a point return 0 (quality too) if the "
-                                    "request contains at least one point; off: exception 0x02"});
+  visit(Field<&Listener::holes>{
+      .help = "zero: addresses without a point return 0 (their quality too) if the "
+              "request contains at least one point; off: exception 0x02"});
   visit(Field<&Listener::max_clients>{
       "max_clients", "clients at the same time; fewer if the limit of open files is low", 1,
       10'000});
@@ -248,6 +250,9 @@ void VisitFields(const Users*, Visit visit) {
   visit(Derived<&Users::mark>());
 }
 
+/// systemd's variable of the folder with a service's credentials (systemd.exec(5)), and a slash.
+inline constexpr std::string_view kCredentials = "$CREDENTIALS_DIRECTORY/";
+
 // Web contains the settings of the web page, its JSON and its metrics (gateway/outputs/web).
 struct Web {
   static constexpr bool kReloads = true;
@@ -256,12 +261,14 @@ struct Web {
   HostPort listen{"127.0.0.1", 8502};
   std::vector<Network> allow;      ///< networks that are allowed to connect; empty: everybody
   std::vector<std::string> hosts;  ///< the gateway's host names for browsers, in lower case
-  std::string token_file;          ///< empty: there is no login
-  bool acknowledge = false;        ///< true: clients are allowed to acknowledge alarms
-  std::vector<Network> proxies;    ///< proxies whose X-Forwarded-For is trusted
-  std::string certificate;         ///< file; empty: no TLS
-  std::string key;                 ///< file, with `certificate`
-  std::string client_ca;           ///< file; empty: clients need no certificate
+  /// File of the token; empty: there is none. A name behind kCredentials is a credential of
+  /// systemd (LoadCredential=).
+  std::string token_file;
+  bool acknowledge = false;      ///< true: clients are allowed to acknowledge alarms
+  std::vector<Network> proxies;  ///< proxies whose X-Forwarded-For is trusted
+  std::string certificate;       ///< file; empty: no TLS
+  std::string key;               ///< file, with `certificate`
+  std::string client_ca;         ///< file; empty: clients need no certificate
   Mark token_mark;
   Mark certificate_mark;
 
@@ -278,7 +285,9 @@ void VisitFields(const Web*, Visit visit) {
                            .fallback = "everybody"});
   visit(Field<&Web::hosts>{.help = "names of this gateway in browsers: [gate.example.com]"});
   visit(Field<&Web::token_file>{.key = "token",
-                                .help = "{ file: PATH }, mode 0600: its first line is the token"});
+                                .help =
+                                    "{ file: PATH }, mode 0600: its first line is the token; or "
+                                    "{ credential: NAME } of systemd"});
   visit(Field<&Web::acknowledge>{.help = "whether alarms may be acknowledged on the page",
                                  .words = kDenyAllow});
   visit(Field<&Web::proxies>{

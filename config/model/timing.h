@@ -61,7 +61,9 @@ constexpr void VisitFields(const Timing*, Visit visit) {
   visit(Field<&Timing::ceiling>{
       "ceiling", "timeout of the whole exchange, from the end of the request", 1ms, 10min});
   visit(Field<&Timing::drain>{
-      "drain", "after a failed exchange, bytes are discarded until this silence", 1ms, 1min});
+      "drain",
+      "after a failed exchange, bytes are discarded until the line is silent for this time", 1ms,
+      1min});
   visit(Field<&Timing::from>());
 }
 
@@ -109,16 +111,19 @@ struct Pace {
 
 template <typename Visit>
 void VisitFields(const Pace*, Visit visit) {
-  visit(Field<&Pace::poll>{"poll", "period of the points of group fast", kShortestPoll, 24h});
-  visit(Field<&Pace::slow>{"slow", "period of the points of group slow", kShortestPoll, 24h});
-  visit(Field<&Pace::daily>{"daily", "period of the points of group daily", 1min, 7 * 24h});
+  visit(Field<&Pace::poll>{"poll", "time from one poll of the group fast to the next",
+                           kShortestPoll, 24h});
+  visit(Field<&Pace::slow>{"slow", "time from one poll of the group slow to the next",
+                           kShortestPoll, 24h});
+  visit(Field<&Pace::daily>{"daily", "time from one poll of the group daily to the next", 1min,
+                            7 * 24h});
   visit(Field<&Pace::retries>{
       "retries", "how often a failed exchange is repeated before its poll is given up", 0, 10});
   visit(Field<&Pace::recheck>{
       .help = "which readings need a second reading: none, those that differ by more than the "
               "point's jump, all",
-      .fallback = "jump where nothing but an 8-bit sum or no sum guards replies and parity is off, "
-                  "else off"});
+      .fallback =
+          "jump if replies have no checksum or an 8-bit sum and the line has no parity, else off"});
   visit(Field<&Pace::timing>{.help = "a map of named times, below"});
 }
 

@@ -72,7 +72,8 @@ std::vector<Entry> ReadEntries(const YamlNode& map, const std::string& what, Pro
   for (const auto& pair : map.yaml()) {
     const YamlNode key(pair.first, map.source());
     if (entries.size() == kMostKeys) {
-      problems.Error(key.mark(), what + ": has too many keys");
+      problems.Error(key.mark(),
+                     what + ": has too many keys; at most " + std::to_string(kMostKeys));
       break;
     }
     if (key.kind() != YamlNode::Kind::scalar) {

@@ -169,7 +169,9 @@ YamlNode::Kind YamlNode::kind() const {
 
 std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& problems) {
   if (text.size() > kLargestText) {
-    problems.Error({name, 0, 0}, "is larger than the 4 MiB that a configuration can have");
+    problems.Error({name, 0, 0},
+                   "is larger than the 4 MiB that a configuration can have; divide the devices "
+                   "among several gateways");
     return std::nullopt;
   }
   const auto refuse_nodes = [&problems](const std::string& file) {

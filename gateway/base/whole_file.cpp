@@ -17,7 +17,8 @@ constexpr std::size_t kLargestWhole = std::size_t{32} << 20U;
 
 /// Makes a rename or removal in the folder of `file` survive a power failure. Ignores errors.
 void SyncFolderOf(const std::filesystem::path& file) {
-  const int folder = ::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const std::filesystem::path parent = file.has_parent_path() ? file.parent_path() : ".";
+  const int folder = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;
   ::fsync(folder);
   ::close(folder);

@@ -119,6 +119,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
     store.Reconfigure(line, std::make_shared<const config::Line>(running->lines[line]));
   }
   records.OnReload(running, begun);
+  PlaceJournal(*running);
   clocks->OnReload(*running);
   std::uint32_t device = first_device;
   std::vector<std::uint32_t> started;

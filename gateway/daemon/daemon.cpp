@@ -210,7 +210,17 @@ void Daemon::Impl::EndLines() {
 
 // ---------------------------------------------------------------- outputs
 
+void Daemon::Impl::PlaceJournal(const config::Config& its) {
+  if (const records::StateFolder* const state = records.state()) {
+    journal.SetFolder(state->path());
+  } else if (!its.users.file.empty()) {
+    journal.SetFolder(
+        records::StateFolderOf(records::StatePlaces::Here(config.state), config.name));
+  }
+}
+
 void Daemon::Impl::MakeOutputs() {
+  PlaceJournal(config);
   const status::GatewayInfo info = GatewayForStatus();
   const auto needs = [this](const config::Config& its) {
     return DescriptorNeedsOf(its, output_rows);
@@ -250,6 +260,7 @@ status::GatewayInfo Daemon::Impl::GatewayForStatus() {
     const OpenFiles::Count count = open_files.Now();
     return status::FilesState{count.open, count.limit, troubles.all()};
   };
+  info.journal = &journal;
   info.stuck_since = [this](std::uint32_t line) { return lines.stuck_since(line); };
   return info;
 }

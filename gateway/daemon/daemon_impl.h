@@ -19,6 +19,7 @@
 #include "gateway/daemon/ticker.h"
 #include "gateway/lines/lines.h"
 #include "gateway/outputs/status/status_json.h"
+#include "gateway/records/audit/security_journal.h"
 #include "gateway/records/records.h"
 #include "gateway/records/trace/line_recorder.h"
 
@@ -59,6 +60,8 @@ struct Daemon::Impl {
 
   Status OpenRecords();
   void TellUnsettled(const std::set<audit::Target>& devices);
+  /// Gives the journal its folder, if the gateway stores anything or has users.
+  void PlaceJournal(const config::Config& its);
   void MakeLines();
   void MakeClocks();
   void MakeOutputs();
@@ -79,6 +82,7 @@ struct Daemon::Impl {
   records::FileTroubles troubles;
   std::unique_ptr<records::Recordings> recordings;  // null: there is no folder for recordings
   records::Records records;
+  audit::SecurityJournal journal;
   lines::Lines lines;
   lines::LineDispatcher dispatcher{store, catalog, lines};
   std::unique_ptr<ClockCorrector> clocks;

@@ -72,8 +72,8 @@ std::optional<std::string> ConfigCopies::Trouble(const Result<bool>& written) {
   trouble_ = written ? std::optional<std::string>() : written.error();
   if (trouble_ && trouble_ != before) {
     log::Warn(
-        "the confirmed configuration cannot be saved: {}; the gateway tries again every few "
-        "seconds",
+        "the configurations for the next start cannot be saved: {}; the gateway tries again every "
+        "few seconds",
         *trouble_);
   } else if (written && *written) {
     log::Warn(
@@ -99,14 +99,15 @@ control::ReloadAnswer Failed(int exit_code, std::string text) {
 }
 
 control::ReloadAnswer CanNotBeTakenBack(const Status& kept) {
-  return Failed(
-      kCanNotBe,
-      "nothing was applied, because the confirmed configuration cannot be saved for a restart: " +
-          kept.error());
+  return Failed(kCanNotBe,
+                "nothing was applied, because the configuration on trial, and the last confirmed "
+                "one for a return to it, cannot be saved: " +
+                    kept.error());
 }
 
 std::string NotKept(const Status& kept) {
-  return kept ? std::string() : "; the configuration cannot be saved: " + kept.error();
+  return kept ? std::string()
+              : "; the configuration cannot be saved for the next start: " + kept.error();
 }
 
 void LogChanges(const reload::Difference& difference) {
@@ -150,7 +151,8 @@ void Reloader::Start() {
   if (trial_.refused()) links_.tell(true, state().not_the_file);
   if (links_.keeps() || copies_.found()) {
     const Status status = copies_.Keep(trial_.ToKeep());
-    if (!status) log::Warn("the configuration cannot be saved: {}", status.error());
+    if (!status)
+      log::Warn("the configuration cannot be saved for the next start: {}", status.error());
   }
   WatchFiles();
   loop_.Start();
@@ -173,7 +175,8 @@ void Reloader::ShowApplied() {
 
 Result<std::string> Reloader::ConfigurationText() const {
   const auto text = display_.text();
-  if (!text || !options_.masked) return Error{"the gateway was not started with a file"};
+  if (!text || !options_.masked)
+    return Error{"this gateway was started without a configuration file, so there is none to show"};
   return options_.masked(*text);
 }
 
@@ -377,7 +380,7 @@ void Reloader::TakeBack(const std::string& why) {
   FollowTrial();
   // If the gateway ends before this write, the next start finds the trial and takes it back, too.
   const Status kept = copies_.Keep(trial_.ToKeep());
-  if (!kept) log::Warn("the configuration cannot be saved: {}", kept.error());
+  if (!kept) log::Warn("the configuration cannot be saved for the next start: {}", kept.error());
   LogChanges(difference);
   const std::string said = reload::TakenBack(options_.file, why);
   display_.Change([&](status::ReloadState& state) {

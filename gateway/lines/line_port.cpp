@@ -107,7 +107,8 @@ std::string HintOf(const RestingConnection& rest, bool unread, const config::Lin
     }
     return "before any good reply, after the first request: the server expects another protocol. "
            "Set its port to raw TCP for " +
-           protocol + (other.empty() ? "" : ", or set protocol: " + other + " here") +
+           protocol +
+           (other.empty() ? "" : ", or set protocol: " + other + " in the configuration") +
            "; check the port number";
   }
   return "before any good reply: check whether another client uses the server, and its connection "

@@ -27,7 +27,7 @@ FAULTS = [
     Fault("in pieces", WIRE, m.pieces(4, 0.12), "pieces|pause", "timing: \\{ gap", "power|second master|bit rate"),
     Fault("dribble", WIRE, m.pieces(1, 0.11), "pieces|pause", "timing: \\{ gap", "power|second master|bit rate"),
     Fault("pause of 400 ms now and then", WIRE, m.now_and_then(m.paused(0.4), 4), "pieces|pause", "timing: \\{ gap", "power|second master|bit rate"),
-    Fault("slow device, fast neighbour", "spa dcon rtu", m.late(0.3), "takes .* of the line's time|ms an exchange", "poll", "power|raise the bit rate|noise", "beside",
+    Fault("slow device, fast neighbour", "spa dcon rtu", m.late(0.3), "takes .* of the line's time|ms per exchange", "poll", "power|raise the bit rate|noise", "beside",
           device="poll: 300ms, timing: { reply: 1s }", neighbour="poll: 300ms"),
     # Parts are missing.
     Fault("half replies", ALL, m.sends(m.half), "break off|half|stop", "buffer|wire|serial server|converter|ask for less", "bit rate|power|second master", "alone beside"),
@@ -54,7 +54,7 @@ FAULTS = [
     Fault("echo, device well", "spa dcon rtu ascii", m.echo(), "request itself came back|echo", "echo: strip", "gap|power|second master"),
     Fault("echo, device dead", WIRE, m.echo(m.silent), "only the request itself|echo", "echo: strip", "gap|second master"),
     # Around replies.
-    Fault("noise before", WIRE, m.sends(m.noise_before), "stand before|in front|noise", "bias|terminat|ground", "gap|power|second master"),
+    Fault("noise before", WIRE, m.sends(m.noise_before), "come before|in front|noise", "bias|terminat|ground", "gap|power|second master"),
     Fault("noise behind", WIRE, m.sends(m.noise_behind), "follow|behind|noise", "bias|terminat|ground", "gap|power|second master"),
     Fault("DLE framing", WIRE, m.sends(m.dle_framed), "same|10 02|constant|each", "packet|framing|raw|modem|gateway", "bias|gap|power|second master"),
     Fault("registration packet", "rtu set spa", m.sends(m.before(b"\x7e\x00\x0bDTU0001\x7e")), "same|each|text|DTU", "packet|registration|heartbeat|raw|automatic output|take it off", "bias|gap|power|second master"),
@@ -138,7 +138,7 @@ FAULTS += [
     Fault("XOFF inserted", "rtu set", m.sends(m.inserted(0x13)), "too many|damaged|changes|mixed", "raw|XON|converter", "gap|power|second master"),
     Fault("buffer of 6", "rtu set", m.sends(m.at_most(6)), "break off|missing|long replies", "buffer|wire|ask for less|converter", "gap|power|second master"),
     Fault("broken echo", "rtu spa", m.broken_echo, "echo|before its replies|same bytes|two masters", "echo|strip|raw|bias", "gap|power"),
-    Fault("00 before each reply", "rtu spa", m.sends(m.before(b"\0\0\0\0")), "same bytes|stand before", "raw|bias|terminat", "gap|power|second master"),
+    Fault("00 before each reply", "rtu spa", m.sends(m.before(b"\0\0\0\0")), "same bytes|come before", "raw|bias|terminat", "gap|power|second master"),
     Fault("CR LF behind each reply", "rtu set", m.sends(m.behind(b"\r\n\r\n")), "same bytes|follow", "raw|bias|terminat", "gap|power|second master"),
     Fault("AT modem frames", "rtu", m.sends(m.before(b"+IPD,0,7:")), "same bytes|text", "raw|modem|take it off", "gap|power|second master|bias"),
     Fault("NMEA", "rtu spa set", m.well, "text", "take it off|automatic", "gap|power|second master", events=((1.0, lambda s: b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M*47\r\n"),)),

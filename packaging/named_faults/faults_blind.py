@@ -115,7 +115,7 @@ BLIND = family(
     Fault("digits flip", "dcon0", m.sends(flipped_digit), "changed when they were read again", "checksum", OTHER),
     Fault("one FF behind", "rtu ascii dcon spa", m.sends(m.behind(b"\xff")), "", "", well=True),
     Fault("the server ends each connection after 3.3 s", "rtu set", m.well, "ended the connection", "limit of the server", "gap|bit rate", "alone beside", line="TCP", drops=(3.3, 0)),
-    Fault("two strange bytes before some replies", "rtu spa", m.sends(lambda x: (bytes([0x35 + x.number % 7, 0x9D]) if x.number % 5 < 2 else b"") + x.reply), "stray bytes stand before", "bias|terminat|ground", "gap|power"),
+    Fault("two strange bytes before some replies", "rtu spa", m.sends(lambda x: (bytes([0x35 + x.number % 7, 0x9D]) if x.number % 5 < 2 else b"") + x.reply), "stray bytes come before", "bias|terminat|ground", "gap|power"),
     Fault("addresses that do not come", "dcon", m.well, "no address|another module", "data_address: false", OTHER, device="data_address: true"),
     Fault("it refuses what it gave", "rtu", m.dies_at(12, m.sends(m.exception(2))), "answered before", "another device|restart", OTHER),
     Fault("a quiet that fills the line", "rtu spa", m.well, "more time than the line has", "quiet", "gap|power", "both", device="timing: { quiet: 300ms }\n        poll: 200ms"),

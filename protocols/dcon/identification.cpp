@@ -237,7 +237,7 @@ std::string ChannelTypes::Remark(std::uint32_t enabled) const {
     const std::uint8_t type = *TypeOf(i);
     if (!text.empty()) text += "; ";
     text += "input " + std::to_string(*inputs_of_points_[i]) + " has type " + HexByte(type) +
-            " and measures in " + std::string(UnitOfType(type)) + ", but the profile says " +
+            " and measures in " + std::string(UnitOfType(type)) + ", but the profile has " +
             device_.points[i].unit + " for " + device_.points[i].name;
   }
   return text;
@@ -277,7 +277,7 @@ DeviceTrouble Complaint(std::string what) {
 DeviceTrouble ModuleChecksum(bool on) {
   return {Reason::other_module,
           std::string("the module's checksum is ") + (on ? "on" : "off") +
-              ", but the configuration says checksum: " + (on ? "false" : "true") +
+              ", but the configuration has checksum: " + (on ? "false" : "true") +
               "; set checksum: " + (on ? "true" : "false") + " in the configuration"};
 }
 
@@ -431,7 +431,7 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
     return ParseInteger<unsigned>(listed_type, 16) == unsigned{*type};
   });
   if (!settings_.types.empty() && !listed) {
-    return Complaint("it has type " + code + ", but the profile says " +
+    return Complaint("it has type " + code + ", but the profile has " +
                      Alternatives(settings_.types));
   }
   // A module that was started with INIT* grounded answers at 00 without a checksum, whatever its
@@ -445,19 +445,18 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
     if (point.access == config::Access::write || !read || read->command == "$3") continue;
     if (read->command == kAskSample && IsAnalogOutput(*type)) {
       return Complaint(
-          "it has type " + code +
+          "type " + code +
           " is an analog output, and $AA4 would store its present output for power-up; remove the "
           "points that read $4");
     }
     if (IsNumber(read->form) && (*format & 3U) != static_cast<unsigned>(settings_.format)) {
       return Complaint("its data format is '" + std::string(WordOf(*format)) +
-                       "', but the profile says " +
+                       "', but the profile has " +
                        std::string(WordOf(static_cast<unsigned>(settings_.format))));
     }
     if (!settings_.channel_types && !Measures(*type, *read, point.unit, settings_)) {
-      return Complaint("it has type " + code + " measures in " + WhatOf(*type) +
-                       ", but the profile says " + (read->total ? "a total" : point.unit) +
-                       " for " + point.name);
+      return Complaint("type " + code + " measures in " + WhatOf(*type) + ", but the profile has " +
+                       (read->total ? "a total" : point.unit) + " for " + point.name);
     }
   }
   return {};
@@ -476,7 +475,7 @@ void Identification::Sum() {
   if (IsMute()) {
     trouble_.text =
         "the module does not report its checksum mode ($AAM, $AA2), so writes are not sent; set "
-        "identify: false if its checksum is on";
+        "identify: false if you know that its checksum is on";
   }
   if (was_wrong) {
     // The channels may have been changed while the trouble lasted, so the channel mask and the

@@ -240,7 +240,8 @@ Status CheckReadType(const config::Point& point, const ReadAddress& read) {
 }
 
 Status CheckWriteType(const config::Point& point, const WriteAddress& write) {
-  if (point.type == config::Type::string) return Error{"text cannot be written to a DCON output"};
+  if (point.type == config::Type::string)
+    return Error{"text cannot be written to a DCON output; write a number type or bool"};
   using Kind = WriteAddress::Kind;
   const bool action = write.kind == Kind::action;
   if (action && point.access != config::Access::write) {
@@ -305,7 +306,9 @@ Result<ReadAddress> ParseRead(std::string_view text) {
   if (address.total && !(counts && rest.starts_with('#'))) {
     return ReadError(text, "has no total; only counter inputs have one, as in \"#0 total\"");
   }
-  if (!SelectorFits(address)) return ReadError(text, "has a field that the reply does not contain");
+  if (!SelectorFits(address))
+    return ReadError(text,
+                     "has a field that the reply does not contain; correct the number in brackets");
   return address;
 }
 

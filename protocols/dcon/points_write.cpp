@@ -226,7 +226,8 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
       }
       return write.command + FixedPoint(number, write);
   }
-  return Error{"the gateway has no form for this write; correct the key write"};
+  return Error{
+      "the key write does not describe the form of the data, such as {bit}; correct the key"};
 }
 
 std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command) {

@@ -62,7 +62,7 @@ Status CheckDevice(const config::Device& device) {
     if (settings.channels == 0 || !indexed || read->index < settings.channels) continue;
     return Error{"point '" + point.name + "' reads '" + point.read +
                  "', but 'channels: " + std::to_string(settings.channels) + "' ends at [" +
-                 std::to_string(settings.channels - 1) + "]"};
+                 std::to_string(settings.channels - 1) + "]; correct one of the two"};
   }
   return {};
 }
@@ -103,11 +103,12 @@ std::vector<ConfigRemark> DoubtsOf(const config::Device& device) {
   }
   const Settings settings = ReadSettings(device.options);
   if (settings.host_watchdog > Duration::zero() && device.poll > settings.host_watchdog) {
-    doubts.push_back({kNoPoint, device.address + " is polled every " + FormatDuration(device.poll) +
-                                    ", but ~** goes only with polls and is needed every " +
-                                    FormatDuration(settings.host_watchdog) +
-                                    " (host_watchdog), so watchdogs of modules may trip; poll a "
-                                    "device of this line more often"});
+    doubts.push_back(
+        {kNoPoint, device.address + " is polled every " + FormatDuration(device.poll) +
+                       ", but ~** is sent only with polls, and the modules need it every " +
+                       FormatDuration(settings.host_watchdog) +
+                       " (host_watchdog), so watchdogs of modules may trip; poll a "
+                       "device of this line more often"});
   }
   DoubtUnits(device, settings, doubts);
   return doubts;

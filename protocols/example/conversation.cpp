@@ -46,7 +46,7 @@ Outcome ExampleConversation::Check(View request, View frame) const {
 
 Answer ExampleConversation::Interpret(View request, View frame) {
   const Outcome outcome = Check(request, frame);
-  if (outcome == Outcome::unexpected) return {outcome, "a reply to another request"};
+  if (outcome == Outcome::unexpected) return {outcome, "the reply answers another request"};
   const auto asked = Decode(request);
   const auto reply = Decode(frame);
   if (outcome != Outcome::ok) return {outcome, "refuses item " + std::to_string(asked->item)};

@@ -6,8 +6,8 @@
 
 namespace baudgate::protocols::example {
 
-/// Returns which replies can answer `request`. For an empty `request` it returns the limits of
-/// request frames, for twins.
+/// Returns which replies can answer `request`. For an empty request it returns the limits of
+/// request frames, which simulated devices (twins) need.
 Expectation Expect(View request);
 
 Cut RequestRule(View held, const Expectation& expect, bool idle);

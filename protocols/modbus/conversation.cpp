@@ -113,7 +113,8 @@ const char* RemedyOf(std::uint8_t exception, View request) {
     case kBusy:
       return "";
     case kNoPath:
-      return "check the unit number, and in the gateway before the device its route and port";
+      return "check the unit number, and in the Modbus gateway before the device its route and "
+             "port";
     case kNoTarget:
       return "check power, wiring and address of the device behind the gateway";
     case kDeviceFailure:

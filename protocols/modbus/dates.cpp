@@ -11,6 +11,7 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <limits>
 
 #include "gateway/base/text.h"
 
@@ -121,11 +122,15 @@ std::optional<Words> EncodeDate(DateForm form, std::string_view text) {
   if (form == DateForm::registers) return Words(parts.begin(), parts.end());
   if (form == DateForm::unix) {
     const auto days = std::chrono::sys_days(DayOf(parts)).time_since_epoch().count();
-    const auto seconds = static_cast<std::uint32_t>(days * 86'400LL + parts[3] * 3600LL +
-                                                    parts[4] * 60LL + parts[5]);
+    const long long all = days * 86'400LL + parts[3] * 3600LL + parts[4] * 60LL + parts[5];
+    if (all > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;  // after 2106-02-07
+    const auto seconds = static_cast<std::uint32_t>(all);
     return Words{word(seconds >> 16U), word(seconds)};
   }
-  const unsigned year = parts[0] % 100;
+  // These forms have the year since 2000: seven bits, or two digits.
+  const unsigned last = form == DateForm::ti081 ? 2127 : 2099;
+  if (parts[0] < 2000 || parts[0] > last) return std::nullopt;
+  const unsigned year = parts[0] - 2000;
   if (form == DateForm::ti081) {
     return Words{word(year), word(parts[1] << 8U | parts[2]), word(parts[3] << 8U | parts[4]),
                  word(parts[5] * 1000)};

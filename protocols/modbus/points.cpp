@@ -201,10 +201,11 @@ Status TakeWords(std::string_view text, std::span<const std::string_view> words,
   if (!place.order) return {};
   if (IsBits(place.table) || place.form == Form::bit || place.form == Form::bits ||
       place.form == Form::text) {
-    return Wrong(text, "reads bits or a code, so it cannot have a byte order");
+    return Wrong(text, "reads bits or a code, so it cannot have a byte order; remove the order");
   }
   if (place.form == Form::date && place.date != DateForm::unix) {
-    return Wrong(text, "is a date in single registers, so it cannot have a byte order");
+    return Wrong(text,
+                 "is a date in single registers, so it cannot have a byte order; remove the order");
   }
   const bool swap_only = place.count == 1 || place.form == Form::string;
   if (swap_only && place.order != WordOrder::abcd && place.order != WordOrder::badc) {
@@ -339,8 +340,9 @@ Result<Location> WriteLocation(const Point& point) {
   if (const Status status = CheckType(text, point, *place); !status) {
     return Error{"write " + status.error()};
   }
-  if (place->form == Form::text) return Error{"a text that stands for a code cannot be written"};
-  if (place->form == Form::date) return Error{"a date cannot be written"};
+  if (place->form == Form::text)
+    return Error{"a text that stands for a code cannot be written; write access: r"};
+  if (place->form == Form::date) return Error{"a date cannot be written; write access: r"};
   if (place->scale) {
     return Error{
         "a number with a scale register cannot be written, because the device sets the scale; add "

@@ -35,7 +35,7 @@ Status CheckDevice(const config::Device& device) {
     const std::string its = "point '" + point.name + "' reads '" + point.read + "', but ";
     const auto table = texts->find(place->texts);
     if (table == texts->end()) {
-      return Error{its + "'texts' has no \"" + place->texts + " CODE=TEXT\""};
+      return Error{its + "'texts' has no \"" + place->texts + " CODE=TEXT\"; add this entry"};
     }
     for (const auto& [code, text] : table->second) {
       if (text.size() <= point.text_length) continue;

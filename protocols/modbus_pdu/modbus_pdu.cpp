@@ -372,18 +372,19 @@ Verdict CheckReply(View request, View reply) {
 }
 
 std::string ExceptionText(std::uint8_t code) {
-  constexpr std::string_view kTexts[] = {"",
-                                         "illegal function",
-                                         "illegal data address",
-                                         "illegal data value",
-                                         "device failure",
-                                         "request accepted, but not completed yet",
-                                         "device busy",
-                                         "negative acknowledge",
-                                         "memory parity error",
-                                         "",
-                                         "the gateway before the device has no path to it",
-                                         "the device behind a gateway does not answer"};
+  constexpr std::string_view kTexts[] = {
+      "",
+      "illegal function",
+      "illegal data address",
+      "illegal data value",
+      "device failure",
+      "request accepted, but not completed yet",
+      "device busy",
+      "negative acknowledge",
+      "memory parity error",
+      "",
+      "the Modbus gateway before the device has no path to the device",
+      "the device behind a gateway does not answer"};
   std::string text = "exception " + HexByte(code);
   if (code < std::size(kTexts) && !kTexts[code].empty()) {
     text += ", ";

@@ -10,7 +10,7 @@ namespace baudgate::protocols::reader {
 namespace {
 
 constexpr const char* kForeign =
-    "characters that are not ASCII; check parity, data bits and bit rate";
+    "the text has characters that are not ASCII; check parity, data bits and bit rate";
 
 }  // namespace
 

@@ -121,7 +121,7 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
     return {"the number has a decimal comma in " + quoted, "set the indicator to a decimal point"};
   }
   if (numbers > 1) {
-    return {std::to_string(numbers) + " numbers in " + quoted,
+    return {"there are " + std::to_string(numbers) + " numbers in " + quoted,
             "select one number by its characters at the point: read: number FROM-TO"};
   }
   if (numbers == 0 && ShowsOverload(text)) {
@@ -137,7 +137,7 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
         "no unit follows the number in " + quoted,
         "if the number is the weight, select its characters at the point: read: number FROM-TO"};
   }
-  return {"no number in " + quoted,
+  return {"there is no number in " + quoted,
           "check the indicator for overload, and whether read: number fits its messages"};
 }
 

@@ -16,9 +16,13 @@ constexpr DecoderSpec kDecoders[] = {
     {"tag",
      "the last tag, ten hex digits, or the last text; tag@3: the tag three before the last, up to "
      "15"},
-    {"high, middle, low", "the 48 bits of a tag, 16 each; high@3"},
-    {"counter", "running number of the tag; each new tag adds one; counter@3"},
-    {"time", "time of the tag, in seconds since 1970 UTC; time@3"},
+    {"high, middle, low",
+     "the 48 bits of a tag, 16 each; high@3: of the tag three before the last"},
+    {"counter",
+     "running number of the tag; each new tag adds one; counter@3: of the tag three before the "
+     "last"},
+    {"time",
+     "time of the tag, in seconds since 1970 UTC; time@3: of the tag three before the last"},
     {"present", "whether a tag is present: a tag came within `present`, and no 'no tag' after it"},
     {"repeats", "how often the same tag came again within `same_tag`"},
     {"message", "the latest message, new or not"},

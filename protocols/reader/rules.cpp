@@ -118,7 +118,8 @@ Cut Checked(View frame, const Settings& form) {
                      (form.length == 0 || text.size() == form.length);
   return right ? Cut::Frame(frame.size())
                : Cut::Discard(frame.size(), Outcome::corrupt,
-                              "the text does not have the configured length");
+                              "the text is longer than 'most', has another length than 'length', "
+                              "or has too many bytes around it");
 }
 
 std::size_t Find(View held, std::uint8_t wanted, std::size_t from) {

@@ -39,9 +39,9 @@ constexpr auto kTable = SettingsTable(
     Bind<&Settings::same_tag>(option::Time(
         "same_tag", "2s",
         "The same tag within this time is not a new tag; 0s: every message is a new tag.")),
-    Bind<&Settings::present>(
-        option::Time("present", "2s",
-                     "A tag counts as present for this time; 0s: until the reader says 'no tag'.")),
+    Bind<&Settings::present>(option::Time(
+        "present", "2s",
+        "A tag counts as present for this time; 0s: until the reader sends 'no tag'.")),
     Bind<&Settings::asks>(option::Choice("commands", "none", "none,ask",
                                          "none: the gateway sends nothing. ask: r requests a tag, "
                                          "i requests the reader's name; only with form: tag.")),
@@ -56,19 +56,24 @@ Settings ReadSettings(const config::Options& options) { return kTable.Read(optio
 Status CheckOptions(const config::Options& options) {
   if (Status status = kTable.Check(options); !status) return status;
   const Settings settings = ReadSettings(options);
-  if (settings.length > settings.most) return Error{"length must not be larger than most"};
+  if (settings.length > settings.most)
+    return Error{"length must not be larger than most; raise most, or lower length"};
   if (settings.start && settings.start == settings.end) {
-    return Error{"start and end are the same character, so they cannot be told apart"};
+    return Error{
+        "start and end are the same character, so they cannot be told apart; set different "
+        "characters"};
   }
   if (settings.idle < 1ms) return Error{"idle must be at least 1ms"};
-  if (settings.whole < settings.idle) return Error{"whole must not be shorter than idle"};
+  if (settings.whole < settings.idle)
+    return Error{"whole must not be shorter than idle; raise whole, or lower idle"};
   if (!settings.asks) return {};
-  if (settings.form != Form::tag) return Error{"commands: ask needs form: tag"};
+  if (settings.form != Form::tag)
+    return Error{"commands: ask needs form: tag; write form: tag, or remove commands"};
   if (settings.answer < 1ms) return Error{"answer must be at least 1ms"};
   if (settings.same_tag < 2 * settings.answer) {
     return Error{
-        "with commands: ask, same_tag must be at least twice answer: a late answer would count as "
-        "another tag"};
+        "with commands: ask, same_tag must be at least twice answer, because a late answer would "
+        "count as another tag; raise same_tag"};
   }
   return {};
 }

@@ -32,7 +32,8 @@ Status CheckClockCare(const config::Device& device, const Settings& settings) {
         "correct_clock: write a time from 2s to correct_clock_most, or 0s to switch it off"};
   }
   if (settings.correct_clock_most > kMost) {
-    return Error{"correct_clock_most: a meter's clock can be corrected by at most 120s"};
+    return Error{
+        "correct_clock_most: a meter's clock can be corrected by at most 120s; write 120s or less"};
   }
   if (!settings.time_zone) {
     return Error{"correct_clock: set the time zone of the meter's clock, as time_zone: \"+03:00\""};

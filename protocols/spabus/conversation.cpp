@@ -375,7 +375,9 @@ class SpaConversation final : public Conversation {
     if (const std::string reads = reads_.Learned(); !reads.empty()) say(reads);
     if (sends_wildcard_) say("it sends XX instead of checksums");
     if (const char reading = checksum_.letter()) {
-      say(std::string("the checksum of its replies in several lines has form ") + reading);
+      say(std::string(
+              "the checksum of its replies in several lines has form (continuation_checksum) ") +
+          reading);
     }
     return text;
   }

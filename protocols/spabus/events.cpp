@@ -244,7 +244,8 @@ bool EventSession::has_events() const { return wanted_ && (answers_ || refusals_
 
 const DeviceTrouble& EventSession::remark() const {
   static const DeviceTrouble kNone;
-  static const DeviceTrouble kRefused{Reason::none, "sends no events: it refuses the request L"};
+  static const DeviceTrouble kRefused{Reason::none,
+                                      "it sends no events, because it refuses the request L"};
   static const DeviceTrouble kFailed{
       Reason::none, "its events cannot be read: there is no good reply to the requests L and B"};
   if (refusals_ >= kMostRefusals) return kRefused;

@@ -31,8 +31,9 @@ constexpr NackRule kRules[] = {
      {},
      true,
      true},
-    {Outcome::refused, "the gateway before the device reports an error; check this gateway",
-     "check the gateway before the device"},
+    {Outcome::refused,
+     "a gateway between this machine and the device reports an error; check that gateway",
+     "check the gateway between this machine and the device"},
     {Outcome::unsupported,
      "the device has no item with this address; check category and number in the profile",
      "check whether the profile fits the device: it does not have these items; correct or remove "

@@ -250,7 +250,7 @@ Then WriteSession::OnFailure(Outcome outcome, bool closes) {
   result_ = {};
   result_.outcome = outcome;
   if (outcome == Outcome::busy) {
-    result_.reason = "the write was not sent, because the device is busy";
+    result_.reason = "nothing was written, because the device is busy; write again";
   } else {
     result_.reason = step_ == Step::open
                          ? "the device did not answer the password; nothing was written"

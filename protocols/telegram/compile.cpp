@@ -112,7 +112,8 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
     for (const Entry& code :
          config::ReadEntries(field.value, "codes of " + Quoted(field.key), problems)) {
       if (codes.size() == kMostCodes) {
-        problems.Error(code.value.mark(), "codes: too many");
+        problems.Error(code.value.mark(),
+                       "codes: too many codes; at most " + std::to_string(kMostCodes));
         break;
       }
       if (const Meaning* meaning = ReadMeaning(code.value, problems)) codes[code.key] = meaning;
@@ -186,7 +187,9 @@ class Compiler {
       }
       if (entry.key == kAll || IsMeantAsAll(entry)) ReadAll(entry.value);
     }
-    if (entries.size() > kMostTelegrams) problems_.Error(node.mark(), "telegrams: too many");
+    if (entries.size() > kMostTelegrams)
+      problems_.Error(node.mark(),
+                      "telegrams: too many telegrams; at most " + std::to_string(kMostTelegrams));
     for (const Entry& entry : entries) {
       if (entry.key != kAll && !IsMeantAsAll(entry) && raws_.size() < kMostTelegrams) Read(entry);
     }
@@ -431,7 +434,7 @@ class ExampleCheck {
     const auto node = map_.Need(key, "'S\\r\\n'");
     auto bytes = node ? ReadFixed(*node, key, map_.problems()) : std::nullopt;
     if (bytes && bytes->size() > most_) {
-      Error(key, "is longer than " + std::to_string(most_) + " bytes");
+      Error(key, "is longer than " + std::to_string(most_) + " bytes; raise 'longest' in 'all'");
       return std::nullopt;
     }
     return bytes;
@@ -460,9 +463,10 @@ class ExampleCheck {
     }
     const auto built = Build(*telegram_.send, known_);
     if (!built || *built != *bytes) {
-      Error("send", built ? "the pattern makes '" + Printable(*built) +
-                                "' from these values, not these bytes"
-                          : built.error());
+      Error("send",
+            built ? "the pattern makes '" + Printable(*built) +
+                        "' from these values, not these bytes; correct the example or the pattern"
+                  : built.error());
       return false;
     }
     example.send = std::move(*bytes);

@@ -366,7 +366,7 @@ Result<Bytes> TelegramConversation::BytesOf(std::size_t telegram) const {
   const auto sent = settings_.description->Recognise(*bytes);
   if (sent && sent->telegram == telegram) return bytes;
   return Error{"'" + TelegramOf(telegram).name + "' with these values " +
-               (sent ? "is the telegram '" + TelegramOf(sent->telegram).name + "'"
+               (sent ? "has the same bytes as telegram '" + TelegramOf(sent->telegram).name + "'"
                      : "does not fit its pattern in 'send'")};
 }
 

@@ -108,9 +108,9 @@ std::string SayWrongUnit(const config::Point& point, const Telegram& telegram,
   std::string good;
   for (const std::string& text : texts) good += (good.empty() ? "'" : " or '") + text + "'";
   return "has unit " + Quoted(point.unit) + ", but its number is good only if '" + unit +
-         "' of telegram '" + telegram.name + "' says " + good +
-         "; correct the unit of the point, or add a 'scale' that converts the number; if it "
-         "sends " +
+         "' of telegram '" + telegram.name + "' is " + good +
+         "; correct the unit of the point, or add a 'scale' that converts the number; if the "
+         "device sends " +
          Quoted(point.unit) + ", correct 'codes' or 'parameters' of the telegram instead";
 }
 
@@ -251,7 +251,8 @@ class DoubtFinder {
       if (IsUnsynchronised(telegram, form)) {
         Tell(
             "comes in a telegram without fixed first bytes and check value, so a lost byte would "
-            "shift all values unnoticed; write the fixed bytes and {checksum}, if it has them");
+            "shift all values unnoticed; write the fixed bytes and {checksum}, if the telegram has "
+            "them");
       }
       // With `recheck` a sudden change is read twice, so a lost digit is found.
       if (device_.points[point_].recheck != config::Recheck::off) continue;
@@ -406,7 +407,7 @@ class FaultFinder {
     }
     if (telegram->listen && !place->call.parameters.empty()) {
       return Tell("gives parameters to '" + telegram->name +
-                  "', which has no 'send' and is never sent");
+                  "', which has no 'send' and is never sent; remove the parameters");
     }
     const Element* field = telegram->FindField(place->field);
     if (field == nullptr) return UnknownField(*telegram, place->field);
@@ -460,7 +461,7 @@ class FaultFinder {
     const auto bits = field.format.bits();
     if (!bits || last < *bits) return;
     Tell("takes bit b" + std::to_string(last) + " of '" + field.name + "', but its last bit is b" +
-         std::to_string(*bits - 1));
+         std::to_string(*bits - 1) + "; correct the bit");
   }
 
   void CheckWrite(const Point& point) {
@@ -469,7 +470,8 @@ class FaultFinder {
     const Telegram* telegram = FindTelegram(*call, "write");
     if (telegram == nullptr) return;
     if (!telegram->send)
-      return Tell("is written by '" + telegram->name + "', which has no 'send' and is never sent");
+      return Tell("is written by '" + telegram->name +
+                  "', which has no 'send' and is never sent; name a telegram with 'send'");
     const Element* field = telegram->value_field();
     if (telegram->reads) {
       return Tell("is written by '" + telegram->name +
@@ -479,7 +481,7 @@ class FaultFinder {
       Tell("is written by '" + telegram->name + "', which has no field {value}; write type: bool");
     } else if (field != nullptr && (point.type == Type::string) == field->format.is_number()) {
       Tell("has type " + std::string(config::Name(point.type)) +
-           ", which does not fit {value} of '" + telegram->name + "'");
+           ", which does not fit {value} of '" + telegram->name + "'; correct the type");
     }
     if (telegram->receive.empty() && point.access == Access::write) {
       Tell("is written by '" + telegram->name +

@@ -444,7 +444,7 @@ Status CheckCode(const Format& format, std::string_view code) {
   if (!format.is_number()) return {};
   if (const auto range = ParseRange(code)) {
     if (!range->low || !range->high || *range->low <= *range->high) return {};
-    return Error{"has a first number that is larger than the second"};
+    return Error{"has a first number that is larger than the second; swap the numbers"};
   }
   const std::size_t dots = code.find(kDots);
   if (dots != std::string_view::npos &&

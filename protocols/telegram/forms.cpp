@@ -219,11 +219,12 @@ class FormReader {
     if (!size) return;
     const auto own = form.pattern.size();
     if (own == size) return;
-    map_.problems().Error(map_.MarkOf("size"),
-                          "size: the pattern has " +
-                              (own ? std::to_string(*own) + " bytes, not " + std::to_string(*size)
-                                   : std::string("fields without a width, so 'size' cannot be "
-                                                 "checked; remove 'size' or give them a width")));
+    map_.problems().Error(
+        map_.MarkOf("size"),
+        "size: the pattern has " +
+            (own ? std::to_string(*own) + " bytes, not " + std::to_string(*size)
+                 : std::string("fields without a width, so 'size' cannot be checked; remove "
+                               "'size', or give these fields a width")));
   }
 
   Form Checked(Pattern pattern, const config::Mark& mark, const std::string& what, bool received) {
@@ -255,7 +256,7 @@ class FormReader {
   void CheckEnd(const Form& form, bool received, Tell error) const {
     const bool sized = form.size_at.has_value();
     if (sized && form.size_at->at + form.size_at->format.width > form.pattern.least_size()) {
-      error("ends before the position of its size (size_at)");
+      error("ends before the position of its size; correct size_at");
     }
     const bool has_rest = std::ranges::any_of(form.pattern.elements, [](const Element& element) {
       return element.is_field() && element.format.kind == Format::Kind::bytes &&

@@ -129,7 +129,8 @@ class PatternParser {
   /// Checks that the end of each field can be found from the elements behind it.
   void CheckOrder() {
     if (pattern_.elements.empty()) return Fail(0, "a telegram needs at least one byte");
-    if (pattern_.elements.size() > kMostElements) return Fail(0, "has too many fields");
+    if (pattern_.elements.size() > kMostElements)
+      return Fail(0, "has too many fields; at most " + std::to_string(kMostElements));
     bool open = false;
     for (const auto& [index, at] : places_) {
       const Element& element = pattern_.elements[index];
@@ -137,7 +138,8 @@ class PatternParser {
       const bool last = index + 1 == pattern_.elements.size();
       if (element.format.kind == Format::Kind::bytes) {
         // The width of this field follows from the size of the telegram.
-        if (std::exchange(open, true)) return Fail(at, "only one field can be without a width");
+        if (std::exchange(open, true))
+          return Fail(at, "only one field can be without a width; give the other fields a width");
         continue;
       }
       if (last || pattern_.AnchorOf(index)) continue;
@@ -145,8 +147,9 @@ class PatternParser {
       // The next field shows where the number ends, as in "12.5kg" and "+025.12-020.45".
       const bool shows = next.is_signed_token() || (next.is_text() && !next.is_text_number());
       if (!element.format.is_text_number() || !shows) {
-        return Fail(at, "the end of '" + element.name +
-                            "' is not defined; give it a width, or put a separator after it");
+        return Fail(at,
+                    "the end of '" + element.name +
+                        "' is not defined; give this field a width, or put a separator after it");
       }
     }
   }

@@ -246,9 +246,10 @@ Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known) {
     if (fits(match)) return Interpreter(telegram, form, match).Run();
   }
   if (other) {
-    return Failed(Outcome::unexpected,
-                  "'" + Printable(frame) +
-                      "' is from another device, or repeats other values than the gateway sent");
+    return Failed(
+        Outcome::unexpected,
+        "'" + Printable(frame) +
+            "' is from another device, or repeats other values than the request contains");
   }
   return Failed(Outcome::unexpected,
                 "'" + Printable(frame) + "' is not the described answer to " + telegram.name);

@@ -62,7 +62,8 @@ class Questions {
   /// True if `telegram` was sent for calls[call]. `sent`: the fields of this telegram and of the
   /// telegrams that were sent before it.
   bool IsAsked(std::size_t call, std::size_t telegram, const Bound& sent) const;
-  /// Returns the indices of the calls for which `telegram` was sent, in ascending order.
+  /// Returns the indices of all calls for which IsAsked(call, telegram, sent) is true, in ascending
+  /// order.
   std::vector<std::size_t> AskedBy(std::size_t telegram, const Bound& sent) const;
 
  private:

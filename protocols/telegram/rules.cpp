@@ -467,7 +467,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   const std::size_t signs = SignsIn(line);
   if (numbers > 1 && signs > 0 && signs < numbers) {
     return Recognised{Recognised::What::other_form,
-                      std::to_string(signs) + " of the " + std::to_string(numbers) +
+                      "only " + std::to_string(signs) + " of the " + std::to_string(numbers) +
                           " numbers in the profile came" + quoted,
                       "check whether the profile fits the device"};
   }

@@ -20,8 +20,8 @@ struct Awaited final : FrameForms {
   Bound known;
 };
 
-/// Returns the possible answers to `request`. For an empty request: the forms of all telegrams that
-/// are sent to the device, for twins.
+/// Returns the possible answers to `request`. For an empty request it returns the forms of all
+/// telegrams that are sent to the device, which simulated devices (twins) need.
 Expectation Expect(View request, const Settings& settings);
 /// Returns the forms of the telegrams that the device sends unasked.
 Expectation ExpectUnasked(const Settings& settings);

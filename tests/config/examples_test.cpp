@@ -59,9 +59,10 @@ TEST(Examples, ADeviceKnowsTheIdentityNamesOfOtherTypes) {
       "lines: [{ name: l, port: /dev/l, protocol: spabus, devices: [{ name: d, address: 1, "
       "profile: spaj140c, identity: ignored }] }]\n",
       "t.yaml", Shipped());
-  EXPECT_NE(
-      Shown(wrong.problems).find("identity: 'ignored' is neither 'ignore' nor a list of names"),
-      std::string::npos)
+  EXPECT_NE(Shown(wrong.problems)
+                .find("identity: 'ignored' is neither 'ignore' nor a list of names; write for "
+                      "example identity: [\"NAME\"]"),
+            std::string::npos)
       << Shown(wrong.problems);
 }
 

@@ -101,14 +101,14 @@ void FuzzWebRequest(View bytes) {
   const web::Request request = AnyRequest(input);
   const auto refused = web::Refusal(world.config.web, request);
   if (refused) CheckWebAnswer(*refused);
-  if (world.logins.Check(request, kWebStart) == Logins::Verdict::yes) {
+  const Now now{kWebStart, WallTime(std::chrono::seconds(1'790'000'000))};
+  if (world.logins.Check(request, now).verdict == Logins::Verdict::yes) {
     Require(
         request.Header("authorization").value_or("").find("0123456789abcdef") != std::string::npos,
         "only who has the token is in");
   }
   if (const auto asset = AssetResponse(request)) CheckWebAnswer(*asset);
   int answers = 0;
-  const Now now{kWebStart, WallTime(std::chrono::seconds(1'790'000'000))};
   const auto answered = [&answers](const web::Response& response) {
     ++answers;
     CheckWebAnswer(response);

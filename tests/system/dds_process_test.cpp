@@ -67,7 +67,7 @@ class DdsProcess : public ThreeDevices {
     StartAll(WithSocket(Yaml(true)));
     const Finished map = Command({"map", "--json", "-c", (directory() / "baudgate.yaml").string()});
     points_ = Json::parse(map.output)["points"].size();
-    ASSERT_TRUE(EventuallyLogged(*daemon, "dds: the process takes samples"));
+    ASSERT_TRUE(EventuallyLogged(*daemon, "dds: the process accepts samples"));
   }
 
   std::size_t points_ = 0;

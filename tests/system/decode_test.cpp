@@ -60,7 +60,7 @@ TEST_F(Traces, KeepTheRecordedOutcomes) {
   const auto exchanges = Decode({"--protocol", "dcon"}, R"(
 04:05:06.000000 ai-1 > 23 30 31 0D | #01.
 04:05:06.010000 ai-1 < 3E 2B 30 31 | >+01
-04:05:07.000000 ai-1 = corrupt: the device kept sending beyond the longest time | of an exchange
+04:05:07.000000 ai-1 = corrupt: the device kept sending for longer than | an exchange may last
 04:05:07.000000 - # … 184 more bytes
 04:05:08.000000 ai-1 > 23 30 31 0D | #01.
 04:05:08.010000 ai-1 < 3E 2B 30 31 2E 35 30 30 0D | >+01.500.
@@ -83,7 +83,7 @@ TEST_F(Traces, KeepTheRecordedOutcomes) {
     std::size_t values;
   } rows[] = {
       {"corrupt",
-       "the device kept sending beyond the longest time | of an exchange; these bytes and options "
+       "the device kept sending for longer than | an exchange may last; these bytes and options "
        "alone would mean: partial (stopped mid-frame)",
        0},
       {"unexpected",
@@ -91,8 +91,9 @@ TEST_F(Traces, KeepTheRecordedOutcomes) {
       {"ok", "", 1},
       {"ok",
        "the recorded outcome is shown; these bytes and options alone would mean: unsupported (the "
-       "module answers '?01' to #: the module does not know this command, or the channel does not "
-       "exist or is disabled)",
+       "module answers '?01' to #: the module does not have this command or channel, or the "
+       "channel "
+       "is disabled)",
        0},
       {"ok", "", 0},
   };

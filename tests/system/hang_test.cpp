@@ -120,7 +120,7 @@ TEST_F(Hang, AHangingLineDoesNotDisturbTheOtherLines) {
                                                LinkOf("io") + " does not return"));
     const Json io = LineStatus("io");
     EXPECT_TRUE(io["stuck_since"].is_string()) << io;
-    EXPECT_THAT(io["advice"].dump(), HasSubstr("has hung since"));
+    EXPECT_THAT(io["advice"].dump(), HasSubstr("its thread has hung since"));
     const Json bay = LineStatus("bay");
     EXPECT_TRUE(bay["stuck_since"].is_null()) << bay;
     const auto before = bay["exchanges"].get<int>();

@@ -379,7 +379,7 @@ TEST_F(ReloadLimits, ATrialIsRolledBackWithoutFreeDescriptors) {
   ASSERT_EQ(Ask({"reload", "--confirm", "3s"}).code, 0);
   Leave(1);
   ASSERT_TRUE(EventuallyLogged(*daemon, "is not in use: nobody ran 'baudgate confirm' in time"));
-  EXPECT_THAT(daemon->Errors(), HasSubstr("line meter: no thread for its port"));
+  EXPECT_THAT(daemon->Errors(), HasSubstr("line meter: no thread could be started for its port"));
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);

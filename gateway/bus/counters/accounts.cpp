@@ -138,8 +138,8 @@ void DeviceAccounts::OnSecondReply(const Member& member) {
   });
   if (std::exchange(entries_[member].told_second, true)) return;
   listener_.OnWarning(member.index,
-                      "two different replies came to one request, so the gateway reads the latest "
-                      "values again; if this goes on, 'baudgate status' shows the cause");
+                      "two different replies came to one request, so the gateway reads the values "
+                      "again; if this goes on, 'baudgate status' shows the cause");
 }
 
 // ---------------------------------------------------------------- tasks

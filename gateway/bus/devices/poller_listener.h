@@ -52,7 +52,8 @@ struct News {
 };
 
 /// The reason for the client if a request was never sent.
-inline constexpr const char* kNotConnected = "the connection was not made in time";
+inline constexpr const char* kNotConnected =
+    "the request was not sent, because the server was not connected in time";
 
 class RequestPort {
  public:

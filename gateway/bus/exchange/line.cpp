@@ -129,9 +129,8 @@ void UnaskedReceiver::Take(UnaskedInput& heard, bool idle, Instant now) {
       damaged_ = false;
       heard.messages.push_back({std::move(*message), now - last_byte_});
     } else {
-      Damage(heard, torn_until_ == Instant()
-                        ? "the port was opened in the middle of the message"
-                        : "the message may be the rest of an incomplete message");
+      Damage(heard, torn_until_ == Instant() ? "the port was opened in the middle of the message"
+                                             : "the beginning of the message may be missing");
     }
   }
 }
@@ -156,7 +155,7 @@ void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
     Align(now);
     return;
   }
-  Damage(heard, "the message lasts longer than the longest message of this device");
+  Damage(heard, "the message lasts longer than any message of this device may last");
   assembler_.Begin(what_.rule, what_.expect);
   aligned_ = what_.marked;
 }
@@ -200,6 +199,8 @@ void Line::OnOpened(Instant now, bool keeps_bit_rate) {
   state_ = State::idle;
   last_activity_ = now;
   ended_ = now;
+  second_ = {};
+  second_before_ = {};
   if (unasked_) unasked_->Begin(now);
 }
 
@@ -392,7 +393,7 @@ void Line::TakeFrame(bool idle, Instant now) {
   if (!frame) return;
   const std::size_t behind = assembler_.held();
   if (!second_.IsAlone(*frame, assembler_)) {
-    Finish(Outcome::unexpected, "two different replies came at once", now);
+    Finish(Outcome::unexpected, "two different replies to one request came together", now);
     news_.stray.second_reply = true;
   } else {
     // The exchange is still under way here, so the client cannot start another exchange from Judge.
@@ -454,7 +455,7 @@ void Line::DropEarly() {
 
 void Line::OnGap(Instant now) {
   if (now >= limit_) {
-    Finish(Outcome::corrupt, "the device kept sending beyond the longest time of an exchange", now);
+    Finish(Outcome::corrupt, "the device kept sending for longer than an exchange may last", now);
     return;
   }
   TakeFrame(true, now);

@@ -80,7 +80,7 @@ bool IsPlanned(const protocols::Task& task, const protocols::Conversation& conve
 NextStep Job::Ask(LineContext& line, int repeats, Instant now) {
   if (++requests > protocols::kMostSteps) {
     return NextStep::Finish(Outcome::unexpected,
-                            "the operation was ended because it needed more than " +
+                            "the poll or write was ended, because it needed more than " +
                                 std::to_string(protocols::kMostSteps) + " requests");
   }
   protocols::Conversation& conversation = *member->device->conversation;

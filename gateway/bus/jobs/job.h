@@ -217,7 +217,8 @@ class Job {
   Exchange Start(LineContext& line, Instant idle_since, Instant now);
   /// Called while the line waits for silence before it sends the request. Returns the next step if
   /// the request must not be sent after all: it is too late or forbidden, or it is a read of a
-  /// client and a short write waits. Empty: the request goes on waiting.
+  /// client and a short write (RouteQueue::IsShortWrite, such as a start or stop) waits. Empty: the
+  /// request goes on waiting.
   std::optional<NextStep> Withdraw(LineContext& line, Instant now);
   /// Called when the silence before the request is over. Returns the request, which is sent now.
   const protocols::Request& Send(LineContext& line, Now now);

@@ -60,7 +60,8 @@ Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
   const bool allowed = !in_peace || (job->writes() && outcome == Outcome::ok);
   NextStep next;
   if (spoilt_ && job->has_news()) {
-    next = EndUnproved(*job, Outcome::unexpected, "a second, different reply came", now);
+    next = EndUnproved(*job, Outcome::unexpected,
+                       "a second, different reply came, so neither reply is used", now);
   } else if (life && member->in_use && line.owed.whose.MayBeInStep(job->asked()) && allowed) {
     // If an answer of the job has waited for this probe, it is accepted.
     next = job->has_news() ? NextStep::TakeAnswer() : job->GoOn();

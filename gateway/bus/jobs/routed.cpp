@@ -69,8 +69,9 @@ NextStep RoutedJob::Answer(LineContext& line, const ExchangeEnd& end, Now /*now*
     line.accounts.devices.OnRetry(*member);
     return Repeat();
   }
-  return NextStep::Finish(Outcome::unexpected,
-                          "the reply may belong to an earlier request that got no reply");
+  return NextStep::Finish(
+      Outcome::unexpected,
+      "the reply may belong to an earlier request that got no reply, so it is not used");
 }
 
 /// A read of a client whose reply was damaged is put back into the queue, as often as the member

@@ -52,7 +52,7 @@ void Speaker::Keep(protocols::EventBatch batch, Said& said) {
     if (std::exchange(told_lost_, true)) return;
     said.warning = fmt::format(
         "{} of its events wait for the disk, and further events are lost until the disk stores "
-        "these; look at the disk (dmesg)",
+        "these; check the disk (dmesg)",
         EventBacklog::kMost);
     return;
   }

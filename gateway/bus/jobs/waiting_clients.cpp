@@ -67,7 +67,9 @@ void WaitingClients::AnswerCommands(Instant now) {
     const bool in_vain =
         !Answers(device.health.state()) || line_.agenda.schedule.failing(device.place);
     NotSent(command,
-            in_vain ? "the device did not answer before the deadline of the command" : kTooLate);
+            in_vain
+                ? "the command was not sent before its deadline, because the device does not answer"
+                : kTooLate);
   }
   while (auto refused = line_.agenda.write_queue.Take(
              [&](const WriteCommand& command) { return WhyNotAsked(command) != nullptr; })) {

@@ -162,8 +162,9 @@ EndEffects::Write WriteJob::EndOfWrite(const JobEnd& end, Instant now) const {
     effects.result.unfit = points.outcome == Outcome::unsupported && !was_sent && first_ == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
-  const char* const open =
-      points.open ? "; the write access that was opened at the device may still be open" : "";
+  const char* const open = points.open ? "; write access to the device may still be open: write "
+                                         "again, or close the access at the device"
+                                       : "";
   if (withheld_) {
     answer(points.how, withheld_->why + open);
     if (!sent()) effects.result.tried = first_;
@@ -287,12 +288,13 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
     if (what != Comparison::another) continue;
     const std::string before = result.end == WriteEnd::differs ? result.reason + "; " : "";
     result.end = WriteEnd::differs;
-    result.reason = before + point.name + " shows " + ToText(shown.value) + " after " +
-                    ToText(write.shown) + " was written and confirmed";
+    result.reason = before + point.name + " shows " + ToText(shown.value) +
+                    ", although the device has confirmed that " + ToText(write.shown) +
+                    " was written";
   }
   if (!std::ranges::all_of(one.command.reads(), is_read)) {
     result.read_back = false;
-    result.reason = "not all requests for the new values were answered";
+    result.reason = "not all requested points were read again";
   }
   return verdict;
 }

@@ -223,7 +223,7 @@ struct DeviceStatus {
   DeviceState state = DeviceState::never_seen;
   Outcome last_outcome = Outcome::none;
   std::string last_reason;  ///< reason of the last outcome that was not ok
-  /// Why no value of the device is good, such as "type 0D, the profile says 08"; or a remark of the
+  /// Why no value of the device is good, such as "type 0D, the profile has 08"; or a remark of the
   /// conversation about a device whose values are good.
   std::string trouble;
   std::optional<Instant> last_ok;

@@ -113,19 +113,24 @@ struct PortService {
   std::optional<Visit> visit;  ///< the present client, or the last client
 };
 
-/// How connections to a serial server ended that had worked (a device had answered), and what
-/// happened at the next connection.
+/// How connections to a serial server ended, and what happened at the next connection. Here a
+/// connection has worked if a device has answered over it.
 struct ConnectionEnds {
-  RecentTimes asked;  ///< the server ended the connection while a request was under way
-  RecentTimes idle;   ///< the server ended the connection between requests
+  /// The server ended the connection while a request was under way. The connection had worked, or
+  /// the server had read the request.
+  RecentTimes asked;
+  /// The server ended a connection that had worked, between requests.
+  RecentTimes idle;
   /// The server refused the connection after one that had worked.
   RecentTimes refused;
   /// The host did not answer when the line connected again, after a connection that had worked.
   RecentTimes unreachable;
-  /// The server closed the connection before any answer, after one that had worked.
+  /// The server closed the connection before any answer and without reading a request, after a
+  /// connection that had worked.
   RecentTimes shut;
-  Duration age{};           ///< how long the connection that ended last had been open
-  std::uint32_t alike = 0;  ///< connections in a row that were open for about the same time
+  Duration age{};  ///< how long the last ended connection that had worked was open
+  /// Connections in a row that had worked, and were open for about the same time.
+  std::uint32_t alike = 0;
 };
 
 struct LineStatus : LineCounters {

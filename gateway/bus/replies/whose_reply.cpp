@@ -465,7 +465,8 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
   verdict.proven = orders_.IsAnswerTo(asked);
   const int owed = orders_.Owed(asked);
   if (verdict.proven) entry.lag = proof ? owed : std::min(entry.lag, owed);
-  // The replies to the other three probes are missing (see Learn), which is no lag of the device.
+  // After the port had opened, the probe was sent four times. Replies to the other three probes may
+  // be outstanding (see Learn), which is no lag of the device.
   if (strangers && !entry.strangers) entry.lag = 0;
   if (verdict.replaced) entry.known_forms.clear();
   if (verdict.proven && fits) NoteKnownForm(asked, outcome);

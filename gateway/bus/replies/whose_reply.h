@@ -415,8 +415,8 @@ class WhoseReply {
   void OnReconnect(const Member& member);
 
   /// Call if a proof is needed, but the device cannot be probed. A read needs no proof, because it
-  /// is repeated until its reply must be its own. A write cannot be repeated. So for a device
-  /// without reads, replies to other masters are no longer expected, and replies to own requests
+  /// is repeated until its reply must be its own. A write cannot be repeated. So for a device that
+  /// is never polled, replies to other masters are no longer expected, and replies to own requests
   /// only for some time after the latest request (kOwedFor). During this time, a reply that may
   /// answer an earlier request confirms no write.
   void OnNoProof(const Device& device, Instant now);
@@ -454,8 +454,8 @@ class WhoseReply {
   /// After this many tasks without an answer to the same request, the device counts as not
   /// supporting the request, so no reply to it is expected.
   static constexpr int kUnknown = 3;
-  /// How long after the latest request a reply of a device without reads may still come. If twice
-  /// LineTimes::ceiling is longer, that time is used.
+  /// How long after the latest request a reply of a device that is never polled (its Queries() is
+  /// empty) may still come; at least twice LineTimes::ceiling.
   static constexpr Duration kOwedFor = 10s;
 
   /// True if the device answers probes, but none of them is a proof. After a disturbance it cannot

@@ -34,14 +34,15 @@ RequestBook::Verdict RequestBook::Begin(const RequestId& request, Instant now) {
     const Entry& entry = known->second;
     if (entry.content != request.content) {
       return Refused(WriteEnd::denied,
-                     "this client has used this seq for another request; use a higher seq");
+                     "nothing was written, because this client has used this seq for another "
+                     "request; use a higher seq");
     }
     return entry.answer ? Verdict{What::answered, *entry.answer} : Verdict{What::under_way, {}};
   }
   if (client->forgotten && request.seq <= *client->forgotten) {
-    return Refused(WriteEnd::denied, "seq is too old: only the last " +
+    return Refused(WriteEnd::denied, "nothing was written, because seq is too old: only the last " +
                                          std::to_string(kRemembered) +
-                                         " requests are remembered; use a higher seq");
+                                         " requests of a client are remembered; use a higher seq");
   }
   if (client->entries.size() >= kRemembered) ForgetOldest(*client);
   Entry& entry = client->entries[request.seq];
@@ -50,7 +51,7 @@ RequestBook::Verdict RequestBook::Begin(const RequestId& request, Instant now) {
     ++client->under_way;
     return {};
   }
-  entry.answer = {WriteEnd::busy, std::to_string(kUnderWay) +
+  entry.answer = {WriteEnd::busy, "nothing was written, because " + std::to_string(kUnderWay) +
                                       " requests of this client are under way; wait for replies"};
   return {What::refused, *entry.answer};
 }

@@ -91,7 +91,7 @@ constexpr WriteEnd EndUnheard(bool sent) { return sent ? WriteEnd::unknown : Wri
 
 inline constexpr const char* kClientLeft = "the client has disconnected";
 inline constexpr const char* kTooLate =
-    "the deadline of the request passed while it waited for the line";
+    "the request was not sent, because its deadline passed while it waited for the line";
 
 /// How long the command of a user waits for its device before it ends as not_sent.
 inline constexpr Duration kWaitForDevice = std::chrono::seconds(5);

@@ -220,7 +220,8 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
   switch (verdict) {
     case Selections::Verdict::foreign:
       return "'" + point.name +
-             "' is selected by another client; select it when that selection has ended";
+             "' is selected by another client; select it again when the selection of the other "
+             "client has ended";
     case Selections::Verdict::expired:
       return "the selection of '" + point.name + "' ended " +
              FormatDuration(point.writing.select_time) + " after it was made; select it again";

@@ -139,8 +139,8 @@ struct Writer {
   /// Points to true when the client has left. Null: this is not known.
   std::shared_ptr<const std::atomic<bool>> left{};
   std::uint64_t host = 0;  ///< number of the client's host (gateway/base/fair_places.h)
-  /// What the client may request of RequestHandler. Empty: everything, because the gateway has no
-  /// users, or the client is root or the gateway's own user.
+  /// Limits the requests that RequestHandler accepts from the client. Empty: all are accepted,
+  /// because the gateway has no users, or the client is root or the gateway's own user.
   std::optional<Role> role{};
 };
 

@@ -45,8 +45,8 @@ class ClockCorrector {
   struct Links {
     const bus::PointStore& store;
     bus::CommandSink& commands;
-    /// Opens the store for the times of tries, when a device asks for corrections. Null: there is
-    /// no state folder, so no clock is corrected.
+    /// Opens the store for the times of correction attempts; called once the configuration of some
+    /// device requests corrections. Null: there is no state folder, so no clock is corrected.
     std::function<std::unique_ptr<records::DeviceMemory>(const config::Config&)> open;
     std::function<void(std::uint32_t device, bool corrected, const std::string& text, Now at)> tell;
     std::function<void(const std::string&)> warn;

@@ -264,7 +264,7 @@ Sentences DiagnoseDevice(const bus::LineStatus& line, const bus::DeviceRecord& d
   if (!IsForeign(device) && !status.trouble.empty()) found.push_back(status.trouble);
   if (found.empty() && status.state == bus::DeviceState::degraded && !Echoes(line)) {
     found.push_back("degraded: several of its last 32 exchanges failed" +
-                    (status.last_reason.empty() ? "" : "; last: " + status.last_reason));
+                    (status.last_reason.empty() ? "" : "; last failure: " + status.last_reason));
   }
   if (!echoes) add(NoteAbsent(line, device, now));
   return found;

@@ -59,11 +59,11 @@ std::string Wrapped(const bus::DeviceRecord& record) {
   // Findings::Around is "... '> '" if the bytes behind the reply are a prompt.
   const bool prompt = same && around.starts_with("... '");
   if (prompt && network) {
-    return "the same text stands behind its replies (" + around.substr(4) +
+    return "the same text comes behind its replies (" + around.substr(4) +
            "). Set the console or terminal server that sends this prompt to raw";
   }
   const std::string& shown = same ? around : findings.Last(Symptom::text_beside).cause;
-  return std::string(same ? "the same " : "") + (text ? "text stands" : "bytes stand") +
+  return std::string(same ? "the same " : "") + (text ? "text comes" : "bytes come") +
          " around its replies (" + shown + "). " +
          (network         ? "Set the modem, radio or serial server in between to raw"
           : text && !same ? "Switch its automatic output off, or that of a modem in between"
@@ -120,8 +120,8 @@ Sentences Beside(const bus::DeviceRecord& record, bool alone) {
   const std::size_t before = findings.Count(Symptom::noise_before);
   const std::size_t behind = findings.Count(Symptom::noise_behind);
   const char* const where = before == 0   ? "stray bytes follow its replies"
-                            : behind == 0 ? "stray bytes stand before its replies"
-                                          : "stray bytes stand before and behind its replies";
+                            : behind == 0 ? "stray bytes come before its replies"
+                                          : "stray bytes come before and behind its replies";
   const bool always = IsNearlyAlways(before + behind, findings);
   if (before + behind >= kNotableNoise) {
     say(before + behind, where,

@@ -152,9 +152,8 @@ Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::Device
   const bool echoless = status.collisions > 0 && 2 * status.collisions >= status.exchanges;
   if (status.cut_since) {
     found.push_back(
-        fmt::format("the ring has been open since {}, because requests no longer come back. Look "
-                    "for a loose or "
-                    "broken fibre, or a device on the ring without power",
+        fmt::format("the ring has been open since {}: requests no longer come back as an echo. "
+                    "Look for a loose or broken fibre, or a device on the ring without power",
                     ClockText(*status.cut_since)));
   } else if (nobody && echoless) {
     found.push_back(
@@ -361,7 +360,7 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
   if (most >= kMuchOfOne && devices.size() > 1 && stands_out) {
     const auto each = busiest->status.round_trips.mean();
     return fmt::format(
-        "{} takes {} of the line's time, {} ms an exchange. Poll it less often (poll), or {}",
+        "{} takes {} of the line's time, {} ms per exchange. Poll it less often (poll), or {}",
         name(*busiest), Percent(most), Milliseconds(each), ask_less);
   }
   if (served >= kFull && IsQuietTime(devices)) {
@@ -373,12 +372,13 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
   if (served >= kFull) {
     return fmt::format(
         "the polls need more time than the line has, because good exchanges take {} of the time. "
-        "Poll less often (poll), {}",
+        "Poll less often (poll), or {}",
         Percent(served), ask_less);
   }
   if (served < kBusy || waste >= kSomeWaste) return {};
   return fmt::format(
-      "one round of polls takes longer than the poll period. Poll less often (poll), {}", ask_less);
+      "one round of polls takes longer than the poll period. Poll less often (poll), or {}",
+      ask_less);
 }
 
 }  // namespace baudgate::diagnosis

@@ -270,10 +270,10 @@ Sentences DiagnosePoints(const bus::LineStatus& line, const bus::DeviceRecord& r
   Sentences found;
   if (doubts.stale > 0) found.push_back(SayStale(record, doubts.stale, now));
   if (doubts.doubted > 0) {
-    found.push_back(fmt::format(
-        "{} of {} points are in doubt until the next read, because the port was reopened, "
-        "the device was away, or a reply may belong to another request",
-        doubts.doubted, points));
+    found.push_back(
+        fmt::format("{} of {} points are uncertain until the next read, because the port was "
+                    "reopened, the device was away, or a reply may belong to another request",
+                    doubts.doubted, points));
   }
   if (doubts.reported > 0) {
     found.push_back(fmt::format("{} of {} points have no good value ({}){}", doubts.reported,
@@ -293,7 +293,7 @@ Sentences NoteAbsent(const bus::LineStatus& line, const bus::DeviceRecord& recor
       "note: {} of {} points have no value ({}), which is usual {}", doubts.reported,
       record.points.size(), WhichAre(doubts),
       doubts.reasons.contains(Reason::not_fitted)
-          ? "for what is not fitted" + (said.empty() ? "" : " (it answers '" + said + "')") +
+          ? "if the device lacks them" + (said.empty() ? "" : " (it answers '" + said + "')") +
                 ". Take these points out of the profile, or correct them"
           : "where nothing is measured (a motor at rest, a direction that is not used)")};
 }
@@ -503,11 +503,13 @@ std::vector<std::string> AbsurdNumbers(const bus::DeviceRecord& record, Now now)
   const bool either = shifted && floats.back().bits != 0 && (!order.empty() || !set.empty());
   if (why.empty() && either) {
     // Either remedy makes the numbers look right, but only one is correct.
-    why = (order.empty() ? "take order: " + set + " out" : "set order: " + order) +
+    why = (order.empty() ? "remove order: " + set + " from the configuration"
+                         : "set order: " + order) +
           ", or correct their addresses by one register; compare with its display, because either "
-          "change gives usual numbers";
+          "change gives plausible numbers";
   } else if (why.empty()) {
-    why = shifted ? "correct their addresses: one register lower (or higher) gives usual numbers"
+    why = shifted
+              ? "correct their addresses: one register lower (or higher) gives plausible numbers"
           : order.empty()
               ? "check the order of their bytes (order), their type and their register"
               : "set order: " + order + " in the configuration, as their bytes come in that order";

@@ -41,7 +41,7 @@ std::string SayOtherService(const config::Line& line, std::span<const bus::Devic
   const Finding* const other = OtherService(devices);
   if (other == nullptr || !line.port.starts_with("tcp://")) return {};
   const bool says = other->symptom == Symptom::text;
-  return (says ? line.port + " says " + other->cause
+  return (says ? line.port + " sends " + other->cause
                : "no device is behind " + line.port + " (" + other->cause + ")") +
          NextSentence(other->remedy.empty() ? "check the port" : other->remedy);
 }
@@ -53,19 +53,20 @@ std::string SayEndsInside(const config::Line& line, std::span<const bus::DeviceR
     return !one.status.last_ok && one.status.findings.Count(Symptom::tail_lost) >= kDrops;
   };
   if (!line.is_network() || !std::ranges::any_of(devices, breaks_off)) return {};
-  return "the server closes the connection inside replies. Check the server and the device behind "
-         "it (firmware, limits)";
+  return "the server closes the connection in the middle of replies. Check the server and the "
+         "device behind it (firmware, limits)";
 }
 
 const char* WhyNoData(const config::SerialSettings& serial) {
   if (serial.rtscts) {
-    return ", as it takes no data. Check that the CTS line of the device is connected and active";
+    return ", because it takes no data. Check that the CTS line of the device is connected and "
+           "active";
   }
   if (serial.xonxoff) {
-    return ", as XOFF came and no XON since. Switch XON/XOFF off at both ends";
+    return ", because XOFF came, and no XON after it. Switch XON/XOFF off at both ends";
   }
-  return ", as it takes no data. Unplug the adapter and plug it in again, or restart the device "
-         "behind it";
+  return ", because it takes no data. Unplug the adapter and plug it in again, or restart the "
+         "device behind it";
 }
 
 std::string Lost(const config::Line& line, const bus::LineStatus& status, std::size_t times,
@@ -138,8 +139,8 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
   }
   if (ends.alike >= kThrice && ends.age > Duration()) {
     return fmt::format(
-        "each lasted about {:.1f} s: raise the limit of the server for the time of a connection, "
-        "or end another client that takes it",
+        "each connection lasted about {:.1f} s: raise the limit of the server for the time of a "
+        "connection, or end another client that takes it",
         Seconds(ends.age));
   }
   if (in_use) {
@@ -154,8 +155,8 @@ std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
                       std::span<const bus::DeviceRecord> devices, Now now) {
   if (status.port == bus::LineStatus::Port::released && status.lent_to_client) {
     return fmt::format(
-        "{} until {}, its points are out of service. Run 'baudgate release {} --end' to take the "
-        "port back",
+        "{} until {}; meanwhile the points of the line are out of service. Run 'baudgate release "
+        "{} --end' to take the port back",
         status.port_text, ClockText(status.released_until), line.name);
   }
   if (status.port == bus::LineStatus::Port::released) {

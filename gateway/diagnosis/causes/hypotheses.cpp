@@ -275,7 +275,7 @@ std::string AsFound(const Evidence& evidence) {
 std::string SayOtherProtocol(const Evidence& evidence) {
   Finding finding = evidence.Last(other_protocol);
   if (!evidence.healthy.empty() && finding.remedy.starts_with(kSetProtocol)) {
-    finding.remedy = "set that device to " + evidence.device->device->protocol + ", as " +
+    finding.remedy = "set the device to " + evidence.device->device->protocol + ", as " +
                      evidence.healthy + " is";
   }
   return WithRemedy(finding);
@@ -318,7 +318,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"late replies of", Seen<late_other>, SayLateOther},
       {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},
       {"it does not answer requests for long replies", TooLong, SayTooLong},
-      {"requests soon after a telegram get no answer", TooFast, SayTooFast},
+      {"requests soon after a message get no answer", TooFast, SayTooFast},
       {"requests after a pause get no answer", Asleep, SayAsleep},
       {"a gateway or server speaks in its place", InItsPlace, SaySaid},
       {"its replies are not Modbus TCP", NoTcp, SayNoTcp},

@@ -404,15 +404,17 @@ std::string SaySevenBits(const Evidence& evidence) {
   const std::string cause =
       "the eighth bit of its replies is always 0. Set 8 data bits at the port";
   if (IsBehindServer(evidence)) return cause + " of the serial server";
-  return cause + " or a converter in between (now " + SerialOf(evidence.first()).ToString() + ")";
+  return cause + " of this gateway, or at a converter in between (now " +
+         SerialOf(evidence.first()).ToString() + ")";
 }
 
 std::string SayOtherParity(const Evidence& evidence) {
   const bool network = evidence.line->is_network();
   return std::string("only characters whose parity fits come") +
          (network ? "" : ", and FF in place of the others") +
-         ". Set the same parity at the device and " + (network ? "the serial server" : "here") +
-         " (" + SerialOf(evidence.first()).ToString() + ")";
+         ". Set the same parity at the device and " +
+         (network ? "the serial server" : "in the configuration") + " (" +
+         SerialOf(evidence.first()).ToString() + ")";
 }
 
 std::string SaySettings(const Evidence& evidence) {
@@ -544,7 +546,7 @@ std::string SayTooFast(const Evidence& evidence) {
   const Duration pause = findings.ShortPause();
   const auto known = findings.ShortestAnswered();
   const std::string cause =
-      fmt::format("requests soon ({} ms) after a telegram get no answer. ", Milliseconds(pause));
+      fmt::format("requests soon ({} ms) after a message get no answer. ", Milliseconds(pause));
   const Duration probable = std::max<Duration>(kPause, 2 * pause);
   const auto set = [](Duration quiet, double margin) {
     return "timing: { quiet: " + Suggest(quiet, margin) + " } in the configuration";
@@ -555,7 +557,7 @@ std::string SayTooFast(const Evidence& evidence) {
   const Duration enough = std::max<Duration>(kPause, *known);
   if (pause >= kUsualPause) {
     return cause + "Set " + set(enough, 1) +
-           "; this does not help if it loses every second request";
+           "; if every second request still gets no answer, the pause is not the cause";
   }
   if (enough <= kMargin * kWideMargin * probable) return cause + "Set " + set(enough, 1);
   return cause + "Set " + set(probable, kMargin) +

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "gateway/base/fair_places.h"
 #include "gateway/base/log.h"
 #include "gateway/base/text.h"
 #include "transports/listen_socket.h"
@@ -121,7 +122,7 @@ void Server::Look() {
 Status Server::Listen() {
   asio::error_code failed;
   const auto address = asio::ip::make_address(config_.at.host, failed);
-  if (failed) return Error{"not an address of this machine"};
+  if (failed) return Error{"not an IP address (names are not looked up)"};
   const tcp::endpoint endpoint(address, config_.at.port);
   return transports::Listen(acceptor_, endpoint, KeyOf(use_));
 }
@@ -212,7 +213,7 @@ void Server::Welcome(tcp::socket socket) {
   // The arrival of a client may be reported before the departure of the client that had the port.
   if (holder_ != nullptr && holder_->socket->HasLeft()) OnEnd(*holder_, false, {});
   if (const auto why = WhyNot(peer)) {
-    log::WarnFolded(line_ + " refused " + AddressOf(peer).to_string(),
+    log::WarnFolded(line_ + " refused " + HostOf(NameOf(peer)),
                     "line {}: client {} is refused at {}: {}", line_, NameOf(peer),
                     config_.Address(), *why);
     return;
@@ -319,9 +320,10 @@ void Server::Settle(Client& client, Now now) {
 void Server::Leave(Client& client, std::string why, Now now) {
   if (&client != holder_) {
     if (!client.early.empty()) {
-      log::Warn({.line = line_},
-                "the bytes that client {} sent while it waited for the port are lost: {}",
-                client.name, why);
+      log::WarnFolded(
+          line_ + " lost bytes " + HostOf(client.name),
+          "line {}: the bytes that client {} sent while it waited for the port are lost: {}", line_,
+          client.name, why);
     }
     return Remove(client);
   }

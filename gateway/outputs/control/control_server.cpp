@@ -77,7 +77,8 @@ std::string ControlSession::TooMany(const Limits& limits) {
 }
 
 ControlSession::ControlSession(Socket socket, RequestHandler& service, users::UserDirectory& users,
-                               const Limits& limits, bool may_trace, std::function<void(ControlSession&)> closed)
+                               const Limits& limits, bool may_trace,
+                               std::function<void(ControlSession&)> closed)
     : socket_(std::move(socket)),
       patience_(socket_.get_executor()),
       service_(service),
@@ -437,8 +438,8 @@ void ControlServer::Welcome(ControlSession::Socket socket) {
     HoldReserve();
   };
   const bool may_trace = sessions_.size() < limits_.clients;
-  auto session =
-      std::make_shared<ControlSession>(std::move(socket), service_, users_, limits_, may_trace, closed);
+  auto session = std::make_shared<ControlSession>(std::move(socket), service_, users_, limits_,
+                                                  may_trace, closed);
   sessions_.emplace(session.get(), session);
   session->Start();
 }

@@ -90,8 +90,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   /// `service` must outlive the open session. `closed` is called once, when the session ends. If
   /// `may_trace` is false, a request for a trace is answered with TooMany().
   ControlSession(Socket socket, RequestHandler& service, users::UserDirectory& users,
-                 const Limits& limits, bool may_trace,
-                 std::function<void(ControlSession&)> closed);
+                 const Limits& limits, bool may_trace, std::function<void(ControlSession&)> closed);
 
   static std::string TooMany(const Limits& limits);
 

@@ -211,7 +211,7 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
     return ErrorJson(
         kUnknown,
         "no values are stored of " + Quoted(point) +
-            ": set load_profile: [1] at the meter for load profiles (load_1.active_import), or "
+            ". At the meter set load_profile: [1] for load profiles (load_1.active_import), or "
             "billing: [month] for billing readings (month.active_import)");
   }
   Json json = PageJson(*page, point);

@@ -374,13 +374,17 @@ const std::vector<Command>& Commands() {
   static const std::vector<Command> commands = {
       {"status", read, {{"target"}}, ShowStatus},
       {"read", read, {{"target"}}, Read},
-      {"write", operate, {{"target"}, {"value"}, {"confirm", flag}, {"client"}, {"seq", whole}}, Write},
+      {"write",
+       operate,
+       {{"target"}, {"value"}, {"confirm", flag}, {"client"}, {"seq", whole}},
+       Write},
       {"may_write", read, {{"target"}, {"value"}}, MayWrite},
       {"ask", configure, {{"target"}, {"telegram"}, {"write", flag}}, Ask},
       {"writes", audit, {{"after", whole}, {"since_ms", whole}, {"order"}}, ShowWrites, true},
       {"events", read, {{"after", whole}, {"since_ms", whole}, {"target"}}, ShowEvents, true},
       {"alarms", read, {{"after", whole}}, ShowAlarms},
-      {"history", read,
+      {"history",
+       read,
        {{"point"},
         {"after", two_wholes},
         {"since_ms", whole},
@@ -391,7 +395,10 @@ const std::vector<Command>& Commands() {
       {"kept_points", read, {{"pattern"}}, ShowKeptPoints},
       {"ack", operate, {{"target"}}, Acknowledge},
       {"settings", read, {{"target"}}, ShowSettings},
-      {"release", operate, {{"target"}, {"for_ms", whole}, {"tcp"}, {"rfc2217", flag}, {"allow"}}, Release},
+      {"release",
+       operate,
+       {{"target"}, {"for_ms", whole}, {"tcp"}, {"rfc2217", flag}, {"allow"}},
+       Release},
       {"take_back", operate, {{"target"}}, TakeBack},
       {"enable", operate, {{"target"}}, Enable},
       {"disable", operate, {{"target"}}, Disable},
@@ -506,6 +513,37 @@ std::string NoCommand(const std::string& name) {
          " commands: " + Join(names);
 }
 
+/// True for commands that the security journal records: those that change something. The audit has
+/// the records of writes.
+bool IsRecorded(const Command& command) {
+  return command.name != "write" && (command.act == Act::operate || command.act == Act::configure);
+}
+
+/// Returns the command with its target and options, without the telegram of `ask`, which can
+/// contain a password: "release bay-1 tcp 127.0.0.1:4001".
+std::string WhatOf(const Command& command, const status::Json& request) {
+  std::string what(command.name);
+  for (const Member& member : command.members) {
+    const auto given = request.find(member.name);
+    if (given == request.end() || member.name == "telegram") continue;
+    if (member.name != "target") what += " " + std::string(member.name);
+    what += " " + (given->is_string() ? given->get<std::string>() : given->dump());
+  }
+  return what;
+}
+
+/// Returns "ok", or the reason of a failure, or what a reload has changed.
+std::string ResultOf(const status::Json& answer) {
+  if (!answer.is_object()) return "ok";
+  if (answer.contains("error")) return answer.value("message", std::string("failed"));
+  if (!answer.value("ok", true)) return answer.value("text", std::string("failed"));
+  std::string result = "ok";
+  if (const auto changes = answer.find("changes"); changes != answer.end()) {
+    for (const auto& change : *changes) result += "; " + change.get<std::string>();
+  }
+  return result;
+}
+
 std::string DenialText(const bus::Writer& client, const Command& command) {
   return client.name + " has the role " + std::string(Name(*client.role)) + ", and '" +
          std::string(command.name) + "' needs the role " +
@@ -537,16 +575,31 @@ Reply RequestHandler::Answer(std::string_view request, const bus::Writer& client
   if (const Status shape = CheckShape(*command, json); !shape) {
     return Refused(kUsage, shape.error());
   }
-  if (client.role && !May(*client.role, command->act)) {
-    return Refused(kDenied, DenialText(client, *command));
-  }
   const auto present = gateway();
+  if (client.role && !May(*client.role, command->act)) {
+    const std::string why = DenialText(client, *command);
+    if (present->info.journal != nullptr) {
+      present->info.journal->Note({"denied", client.name, {}, WhatOf(*command, json), why},
+                                  now.wall);
+    }
+    return Refused(kDenied, why);
+  }
   if (command->reads_disk && reader_) {
     return reader_->Ask(*command, present, json, client, now, later);
   }
-  return command->answer(*present, {json, client, now, [later](const status::Json& answer) {
-                                      later(OneLine(answer));
-                                    }});
+  std::function<void(const status::Json&)> note = [](const status::Json&) {};
+  if (present->info.journal != nullptr && IsRecorded(*command)) {
+    note = [journal = present->info.journal, who = client.name,
+            what = WhatOf(*command, json)](const status::Json& answer) {
+      journal->Note({"command", who, {}, what, ResultOf(answer)}, ReadClocks().wall);
+    };
+  }
+  Reply reply = command->answer(*present, {json, client, now, [later, note](const auto& answer) {
+                                             note(answer);
+                                             later(OneLine(answer));
+                                           }});
+  if (!reply.text.empty()) note(status::Json::parse(reply.text, nullptr, false));
+  return reply;
 }
 
 template <typename Change>

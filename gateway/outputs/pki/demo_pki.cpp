@@ -116,7 +116,8 @@ Result<Issued> IssueServer(const Issued& authority, const std::vector<std::strin
                            const Validity& validity) {
   std::string list;
   for (const std::string& name : names) {
-    list += (list.empty() ? "" : ",") + std::string(config::IsIpAddress(name) ? "IP:" : "DNS:") + name;
+    list +=
+        (list.empty() ? "" : ",") + std::string(config::IsIpAddress(name) ? "IP:" : "DNS:") + name;
   }
   return IssueIdentity(authority, names.front(), validity, list);
 }

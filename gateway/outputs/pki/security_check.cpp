@@ -138,7 +138,8 @@ class Checker {
     if (!text) return;
     struct ::stat about {};
     if (::stat(security_.key.c_str(), &about) == 0 && (about.st_mode & (S_IROTH | S_IWOTH)) != 0) {
-      Warn("key", security_.key, "can be read by every user; run: chmod o= " + security_.key);
+      Warn("key", security_.key,
+           "can be read or changed by every user; run: chmod o= " + security_.key);
     }
     const PrivateKey key = ParseKey(*text, report_.password);
     if (!key) {
@@ -172,7 +173,9 @@ class Checker {
     if (!xml) return;
     const auto kinds = Elements(*xml, "rtps_protection_kind");
     report_.messages_protected = !kinds.empty() && std::ranges::find(kinds, "NONE") == kinds.end();
-    if (kinds.empty()) Wrong("governance", security_.governance, "is no governance document");
+    if (kinds.empty())
+      Wrong("governance", security_.governance,
+            "is not a governance document (it has no rtps_protection_kind)");
   }
 
   void CheckPermissions(const std::vector<Certificate>& signers) {
@@ -181,9 +184,8 @@ class Checker {
     const auto names = Elements(*xml, "subject_name");
     const auto at = std::ranges::find(names, report_.subject);
     if (at == names.end()) {
-      return Warn(
-          "permissions", security_.permissions,
-          "grants nothing to " + report_.subject + ", the subject of " + security_.identity);
+      return Warn("permissions", security_.permissions,
+                  "has no grant for " + report_.subject + ", the subject of " + security_.identity);
     }
     const auto ends = Elements(*xml, "not_after");
     const auto index = static_cast<std::size_t>(at - names.begin());
@@ -193,10 +195,10 @@ class Checker {
     const WallTime until{std::chrono::seconds(::timegm(&parts))};
     if (now_ > until) {
       Wrong("permissions", security_.permissions,
-            "expired on " + Day(until) + "; have new ones signed");
+            "expired on " + Day(until) + "; have a new file signed");
     } else if (until - now_ < kWarnBefore) {
       Warn("permissions", security_.permissions,
-           "expire on " + Day(until) + "; have new ones signed");
+           "expires on " + Day(until) + "; have a new file signed");
     }
   }
 

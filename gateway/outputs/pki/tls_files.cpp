@@ -28,7 +28,7 @@ std::string DayOf(WallTime time) { return FormatWallTime(time).substr(0, 10); }
 Result<std::string> CertificatesIn(const std::string& file) {
   const auto text = ReadFile(file);
   if (!text) return Error{file + " " + text.error()};
-  if (ParseCertificates(*text).empty()) return Error{file + " has no certificate in PEM form"};
+  if (ParseCertificates(*text).empty()) return Error{file + " contains no certificate in PEM form"};
   return *text;
 }
 
@@ -36,11 +36,13 @@ Result<std::string> KeyIn(const std::string& file) {
   if (std::string why = WhyNotTrusted(file); !why.empty()) return Error{"the key " + why};
   struct stat its {};
   if (::stat(file.c_str(), &its) == 0 && (its.st_mode & S_IRWXO) != 0) {
-    return Error{"the key " + file + " can be read by every user; run: chmod o= " + file};
+    return Error{"the key " + file +
+                 " can be read or changed by every user; run: chmod o= " + file};
   }
   const auto text = ReadFile(file);
   if (!text) return Error{"the key " + file + " " + text.error()};
-  if (!ParseKey(*text, {})) return Error{file + " has no private key in PEM form without password"};
+  if (!ParseKey(*text, {}))
+    return Error{file + " contains no private key in PEM form without password"};
   return *text;
 }
 
@@ -56,7 +58,8 @@ Result<TlsTexts> ReadTls(const TlsFiles& files) {
   if (X509_check_private_key(chain.front().get(), ParseKey(*key, {}).get()) != 1) {
     ERR_clear_error();
     return Error{"the key " + files.key + " does not belong to the certificate " +
-                 files.certificate + "; the certificate of the gateway must be the first in it"};
+                 files.certificate +
+                 "; the certificate of the gateway must be the first in that file"};
   }
   texts.until = WallTime::max();
   for (const Certificate& one : chain) {
@@ -95,7 +98,8 @@ Result<std::vector<std::string>> WriteServerFiles(const std::string& folder,
     written.push_back(file.string());
     return {};
   };
-  constexpr fs::perms kSecret = fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read;
+  constexpr fs::perms kSecret =
+      fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read;
   constexpr fs::perms kPublic = kSecret | fs::perms::others_read;
   Issued authority;
   if (fs::exists(root / "ca.key")) {
@@ -105,8 +109,8 @@ Result<std::vector<std::string>> WriteServerFiles(const std::string& folder,
     if (!certificate) return Error{(root / "ca.pem").string() + " " + certificate.error()};
     authority = {*certificate, *key};
   } else {
-    auto made = MakeAuthority("baudgate authority",
-                              {now - kClocksDiffer, now + kAuthorityValidity});
+    auto made =
+        MakeAuthority("baudgate authority", {now - kClocksDiffer, now + kAuthorityValidity});
     if (!made) return Error{made.error()};
     authority = std::move(*made);
     if (Status status = write("ca.key", authority.key, fs::perms::owner_read); !status) {
@@ -116,8 +120,7 @@ Result<std::vector<std::string>> WriteServerFiles(const std::string& folder,
       return Error{status.error()};
     }
   }
-  const auto identity =
-      IssueServer(authority, names, {now - kClocksDiffer, now + kServerValidity});
+  const auto identity = IssueServer(authority, names, {now - kClocksDiffer, now + kServerValidity});
   if (!identity) return Error{identity.error()};
   if (Status status = write("gateway.key", identity->key, kSecret); !status) {
     return Error{status.error()};

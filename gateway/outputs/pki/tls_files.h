@@ -35,8 +35,8 @@ struct TlsTexts {
 /// has ended is no error, because a gateway must start without its clock being right.
 Result<TlsTexts> ReadTls(const TlsFiles& files);
 
-/// Returns a warning if the certificate has ended or ends within 30 days: "the certificate F ends on
-/// 2027-01-01; renew it"; empty: it does not.
+/// Returns a warning if the certificate has ended or ends within 30 days: "the certificate F ends
+/// on 2027-01-01; renew it"; empty: it does not.
 std::string EndsSoon(const std::string& file, WallTime until, WallTime now);
 
 inline constexpr Duration kServerValidity = 730 * 24h;

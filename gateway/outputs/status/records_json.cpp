@@ -26,7 +26,7 @@ Json AdviceOf(const audit::AuditState& state) {
   }
   if (state.lost > 0) {
     advice.push_back(Plural(state.lost, "record") + " of writes lost since the start: the queue " +
-                     "was full while the disk failed; look at the disk (dmesg)");
+                     "was full while the disk failed; check the disk (dmesg)");
   }
   const std::filesystem::path folder = std::filesystem::path(state.file).parent_path();
   const std::string aside = PutAsideAdvice(folder, state.put_aside);

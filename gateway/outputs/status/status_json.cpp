@@ -32,7 +32,7 @@ Json FilesJson(const FilesState& state) {
   Json advice = Json::array();
   if (state.limit != 0 && state.open + kFew > state.limit) {
     advice.push_back(
-        fmt::format("{} of at most {} files are open, and opening another file fails: {}",
+        fmt::format("{} of at most {} files are open, so opening another file may fail: {}",
                     state.open, state.limit, SystemTrouble(EMFILE)));
   }
   for (const std::string& trouble : state.troubles) advice.push_back(trouble);
@@ -107,7 +107,7 @@ std::optional<WallTime> StuckSince(std::uint32_t line, const View& view) {
 /// Returns the only advice that is shown while the thread of a line hangs, because everything else
 /// about the line is out of date.
 std::string ExplainHang(const config::Line& line, WallTime since) {
-  return "has hung since " + FormatWallTime(since) + ": the driver of " + line.port +
+  return "its thread has hung since " + FormatWallTime(since) + ": the driver of " + line.port +
          " does not return from a call; unplug the adapter, or restart the gateway";
 }
 

@@ -19,6 +19,7 @@
 #include "gateway/outputs/output.h"
 #include "gateway/outputs/status/target.h"
 #include "gateway/records/audit/audit_source.h"
+#include "gateway/records/audit/security_journal.h"
 #include "gateway/records/events/event_source.h"
 #include "gateway/records/history/history_view.h"
 
@@ -66,8 +67,9 @@ struct GatewayInfo {
   /// Returns since when the thread of a line hangs; nothing: it does not hang. If this function is
   /// empty, the threads are not monitored.
   std::function<std::optional<WallTime>(std::uint32_t line)> stuck_since{};
-  std::function<ReloadState()> reload{};  ///< empty: the gateway does not support reloads
-  std::function<FilesState()> files{};    ///< empty: the files are not known
+  std::function<ReloadState()> reload{};      ///< empty: the gateway does not support reloads
+  std::function<FilesState()> files{};        ///< empty: the files are not known
+  audit::SecurityJournal* journal = nullptr;  ///< null: the acts of users are not recorded
 };
 
 /// Returns

@@ -60,7 +60,8 @@ std::optional<gid_t> GroupOf(const std::string& name) {
 
 std::string HashOf(std::string_view password) {
   std::array<char, CRYPT_GENSALT_OUTPUT_SIZE> salt{};
-  if (::crypt_gensalt_rn(kScrypt, kCost, nullptr, 0, salt.data(), salt.size()) == nullptr) return {};
+  if (::crypt_gensalt_rn(kScrypt, kCost, nullptr, 0, salt.data(), salt.size()) == nullptr)
+    return {};
   crypt_data data{};
   const char* const hash =
       ::crypt_rn(std::string(password).c_str(), salt.data(), &data, sizeof data);
@@ -119,7 +120,7 @@ Result<UserFile> UserFile::Read(const std::filesystem::path& file) {
     return Error{name + " cannot be read: " + SystemTrouble(errno)};
   }
   if ((its.st_mode & S_IRWXO) != 0) {
-    return Error{name + " can be read by every user; run: chmod o= " + file.string()};
+    return Error{name + " can be read or changed by every user; run: chmod o= " + file.string()};
   }
   const auto text = ReadWhole(file);
   if (!text) return Error{name + " cannot be read: " + SystemTrouble(errno)};

@@ -89,7 +89,8 @@ class UserDirectory {
   std::optional<User> ByPassword(std::string_view name, std::string_view password);
   std::optional<User> ByToken(std::string_view token, WallTime now);
   /// Returns the role of a user of this machine: by name, else the last role, in the order of
-  /// Role, of the groups that the users file lists as "@group". A user who is not listed is a viewer.
+  /// Role, of the groups that the users file lists as "@group". A user who is not listed is a
+  /// viewer.
   Role OfSystemUser(const std::string& name, std::span<const gid_t> groups);
   std::optional<Role> RoleOf(std::string_view name);
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -42,7 +43,27 @@ class OpenFile {
 
 }  // namespace
 
-Result<std::string> ReadToken(const std::string& file) {
+namespace {
+
+/// Returns the path of a file or of a credential (config::kCredentials). An error: systemd has
+/// passed no credentials.
+Result<std::string> PathOf(const std::string& file) {
+  if (!file.starts_with(config::kCredentials)) return file;
+  const std::string credential = file.substr(config::kCredentials.size());
+  const char* const folder = std::getenv("CREDENTIALS_DIRECTORY");
+  if (folder != nullptr) return std::string(folder) + "/" + credential;
+  return Error{"systemd has passed no credential '" + credential +
+               "'; add it to the service: LoadCredential=" + credential +
+               ":/etc/baudgate/web.token"};
+}
+
+}  // namespace
+
+Result<std::string> ReadToken(const std::string& configured) {
+  const auto path = PathOf(configured);
+  if (!path) return Error{path.error()};
+  const std::string& file = *path;
+  const bool is_credential = file != configured;
   const std::string name = "the token file " + file;
   const OpenFile open(file);
   if (open.get() < 0) {
@@ -57,7 +78,9 @@ Result<std::string> ReadToken(const std::string& file) {
   if (::fstat(open.get(), &status) != 0 || !S_ISREG(status.st_mode)) {
     return Error{name + " is not a regular file"};
   }
-  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+  // systemd lets the service read its credentials by an ACL, which the mode shows as group rights.
+  const mode_t others = is_credential ? S_IRWXO : S_IRWXG | S_IRWXO;
+  if ((status.st_mode & others) != 0) {
     return Error{name + " can be read by other users than its owner; run: chmod 0600 " + file};
   }
   std::array<char, kLongestToken + 2> bytes{};
@@ -66,13 +89,14 @@ Result<std::string> ReadToken(const std::string& file) {
   const std::string_view text(bytes.data(), static_cast<std::size_t>(got));
   const std::string token(Trim(text.substr(0, text.find('\n'))));
   if (token.size() < kShortestToken || token.size() > kLongestToken) {
-    return Error{name + " has a token of " + std::to_string(token.size()) +
+    return Error{name + " contains a token of " + std::to_string(token.size()) +
                  " characters; its first line needs " + std::to_string(kShortestToken) + " to " +
                  std::to_string(kLongestToken) + ", as openssl rand -hex 32 makes them"};
   }
   const auto fits = [](char c) { return c > 0x20 && c < 0x7F; };
   if (!std::ranges::all_of(token, fits)) {
-    return Error{name + " has a token with spaces or other characters that no header can carry"};
+    return Error{name +
+                 " contains a token with spaces or other characters that no header can carry"};
   }
   return token;
 }
@@ -457,6 +481,7 @@ std::optional<Response> Access::NeedsLogin(const Request& request, const Now& no
 
 void Access::WhoAsks(Request& request, const Now& now) {
   Logins::Who who = logins_.Check(request, now, false);
+  request.logged_in = who.verdict == Logins::Verdict::yes;
   request.user = std::move(who.user);
   request.role = who.role;
 }
@@ -466,19 +491,19 @@ bool Access::IsSlow(const Request& request) {
 }
 
 std::optional<Response> Access::Answer(const Request& request, const Now& now) {
-  if (request.path == kSession) return Session(request, now);
+  if (request.path == kSession) return Session(request);
   if (request.path == kSessions) return Sessions(request, now);
-  if (request.path == kEndSession) return EndSession(request);
+  if (request.path == kEndSession) return EndSession(request, now);
   if (request.path == kLogin) return Login(request, now);
-  if (request.path == kLogout) return Logout(request);
+  if (request.path == kLogout) return Logout(request, now);
   if (request.path == kAcknowledge) return MayNotAcknowledge(request);
   if (request.path == kWrite) return MayNotWrite(request);
   return std::nullopt;
 }
 
 Response Access::Sessions(const Request& request, const Now& now) {
-  const bool may = request.role && (May(*request.role, Act::audit) ||
-                                    May(*request.role, Act::configure));
+  const bool may =
+      request.role && (May(*request.role, Act::audit) || May(*request.role, Act::configure));
   if (!may) return NeedsRole(request, Act::audit);
   Json sessions = Json::array();
   for (const Logins::Shown& one : logins_.Sessions(now)) {
@@ -493,13 +518,13 @@ Response Access::Sessions(const Request& request, const Now& now) {
   return TextResponse(200, kJson, Json{{"sessions", sessions}}.dump());
 }
 
-Response Access::EndSession(const Request& request) {
+Response Access::EndSession(const Request& request, const Now& now) {
   if (!request.role || !May(*request.role, Act::configure)) {
     return NeedsRole(request, Act::configure);
   }
   const std::string id = FieldOf(request, "id");
   if (!logins_.End(id)) return Problem(404, "there is no session with the id " + Quoted(id));
-  log::Info("web: {} has ended session {}", request.Origin(), id);
+  Note("session", request.user, request, "end session " + id, "ok", now);
   return Empty(204);
 }
 
@@ -514,7 +539,8 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
   return Problem(
       403,
       its->acknowledge || request.role
-          ? "alarms can be acknowledged only over TLS (web.certificate, or a proxy in web.proxies), "
+          ? "alarms can be acknowledged only over TLS (web.certificate, or a proxy in "
+            "web.proxies), "
             "or from the gateway's machine"
           : "alarms cannot be acknowledged on this page; see web.acknowledge in the configuration");
 }
@@ -522,28 +548,25 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
 std::optional<Response> Access::MayNotWrite(const Request& request) const {
   if (!request.role || !May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
   if (IsPrivate(*web(), request)) return std::nullopt;
-  return Problem(403,
-                 "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
-                 "or from the gateway's machine");
+  return Problem(
+      403,
+      "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
+      "or from the gateway's machine");
 }
 
-Response Access::Session(const Request& request, const Now& now) {
-  const Logins::Who who = logins_.Check(request, now, false);
-  const bool in = who.verdict == Logins::Verdict::yes;
-  Request asked = request;
-  asked.user = who.user;
-  asked.role = who.role;
+Response Access::Session(const Request& request) {
   Json json = {{"needs_token", logins_.NeedsLogin()},
                {"users", logins_.users().is_used()},
-               {"logged_in", in},
-               {"user", who.user},
-               {"role", who.role ? Name(*who.role) : ""},
-               {"acknowledge", !MayNotAcknowledge(asked)},
-               {"write", !MayNotWrite(asked)}};
+               {"logged_in", request.logged_in},
+               {"user", request.user},
+               {"role", request.role ? Name(*request.role) : ""},
+               {"acknowledge", !MayNotAcknowledge(request)},
+               {"write", !MayNotWrite(request)}};
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
-  json["version"] = in ? version_ : "";  // clients that are not logged in do not need the version
+  json["version"] =
+      request.logged_in ? version_ : "";  // clients that are not logged in do not need the version
   json["history"] = history_;
   json["events"] = events;
   return TextResponse(200, kJson, json.dump());
@@ -557,18 +580,29 @@ Response Access::Login(const Request& request, const Now& now) {
                    : logins_.OpenOf(request, user, FieldOf(request, "password"), secure, now);
   if (opened.verdict == Logins::Verdict::wait) return WaitAMinute();
   if (opened.verdict == Logins::Verdict::no) {
-    const char* const what = user.empty() ? "token" : "password";
-    log::WarnFolded("web: wrong login from " + HostOf(request.client()), "web: a wrong {} from {}",
-                    what, request.client());
+    Note("login", user, request, "page", user.empty() ? "wrong token" : "wrong user or password",
+         now);
     return user.empty() ? Problem(401, "wrong token; enter the token of this gateway")
                         : Problem(401, "wrong user or password");
   }
+  Note("login", user, request, "page", "ok", now);
   Response response = Empty(204);
   if (!opened.cookie.empty()) response.headers.emplace_back("Set-Cookie", opened.cookie);
   return response;
 }
 
-Response Access::Logout(const Request& request) {
+void Access::Note(const char* kind, const std::string& who, const Request& request,
+                  const std::string& what, const std::string& result, const Now& now) const {
+  if (journal_ != nullptr) {
+    journal_->Note({kind, who.empty() ? "token" : who, request.client(), what, result}, now.wall);
+  } else if (result != "ok") {
+    log::WarnFolded("web: login of " + HostOf(request.client()), "web: {} from {}: {}", kind,
+                    request.client(), result);
+  }
+}
+
+Response Access::Logout(const Request& request, const Now& now) {
+  if (logins_.NeedsLogin()) Note("logout", request.user, request, "page", "ok", now);
   Response response = Empty(204);
   response.headers.emplace_back("Set-Cookie", logins_.Close(request));
   return response;

@@ -20,6 +20,7 @@
 #include "gateway/base/time.h"
 #include "gateway/outputs/users/user_file.h"
 #include "gateway/outputs/web/request.h"
+#include "gateway/records/audit/security_journal.h"
 #include "gateway/records/events/event_source.h"
 
 namespace baudgate::web {
@@ -149,10 +150,12 @@ class Access {
   static constexpr std::string_view kAcknowledge = "/api/v1/alarms/ack";
   static constexpr std::string_view kWrite = "/api/v1/write";
 
+  /// `journal` must outlive this object; null: logins are only in the log.
   /// `events` must outlive this object; null: no events are recorded. `version` is that of the
   /// gateway.
-  Access(std::uint16_t port, std::string version, const events::EventSource* events)
-      : version_(std::move(version)), events_(events), logins_(port) {}
+  Access(std::uint16_t port, std::string version, const events::EventSource* events,
+         audit::SecurityJournal* journal = nullptr)
+      : version_(std::move(version)), events_(events), journal_(journal), logins_(port) {}
 
   void Set(const config::Config& config, std::optional<std::string> token);
   void SetHistory(bool kept);
@@ -160,7 +163,7 @@ class Access {
   /// Returns Request::forwarded_for of the request.
   std::string ClientBehind(const Request& request) const { return ForwardedFor(*web(), request); }
   std::optional<Response> Refuse(const Request& request, const Now& now);
-  /// Sets the user and the role of the request. Must be called before Answer.
+  /// Sets logged_in, user and role of the request. Must be called before Answer.
   void WhoAsks(Request& request, const Now& now);
   /// True if the request is a login with a password, so Answer takes a tenth of a second.
   static bool IsSlow(const Request& request);
@@ -171,16 +174,20 @@ class Access {
  private:
   std::shared_ptr<const config::Web> web() const;
   std::optional<Response> NeedsLogin(const Request& request, const Now& now);
-  Response Session(const Request& request, const Now& now);
+  Response Session(const Request& request);
   Response Sessions(const Request& request, const Now& now);
-  Response EndSession(const Request& request);
+  Response EndSession(const Request& request, const Now& now);
   Response Login(const Request& request, const Now& now);
-  Response Logout(const Request& request);
+  Response Logout(const Request& request, const Now& now);
+  /// Records what a client did, in the security journal or in the log.
+  void Note(const char* kind, const std::string& who, const Request& request,
+            const std::string& what, const std::string& result, const Now& now) const;
   std::optional<Response> MayNotAcknowledge(const Request& request) const;
   std::optional<Response> MayNotWrite(const Request& request) const;
 
   const std::string version_;
   const events::EventSource* const events_;
+  audit::SecurityJournal* const journal_;
   Logins logins_;
   mutable Mutex mutex_;
   std::shared_ptr<const config::Web> web_ BAUDGATE_GUARDED_BY(mutex_);

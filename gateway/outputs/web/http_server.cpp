@@ -114,8 +114,7 @@ const std::string kVersions = "SECURE128:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2";
 /// True if the client has sent a certificate of an authority of web.client_ca. libmicrohttpd asks
 /// for the certificate, but leaves the check to the application.
 bool HasCertificate(MHD_Connection* connection) {
-  const auto* const info =
-      MHD_get_connection_info(connection, MHD_CONNECTION_INFO_GNUTLS_SESSION);
+  const auto* const info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_GNUTLS_SESSION);
   if (info == nullptr || info->tls_session == nullptr) return false;
   unsigned status = 0;
   auto* const session = static_cast<gnutls_session_t>(info->tls_session);
@@ -213,8 +212,9 @@ Status HttpServer::Impl::Start(transports::ListenSocket socket) {
   }
   tls.push_back({MHD_OPTION_END, 0, nullptr});
   daemon_ = MHD_start_daemon(
-      flags | (tls_.on() ? static_cast<unsigned>(MHD_USE_TLS) : 0U), 0, nullptr, nullptr, OnRequest, this, MHD_OPTION_LISTEN_SOCKET, listening, MHD_OPTION_CONNECTION_LIMIT,
-      most, MHD_OPTION_CONNECTION_TIMEOUT, static_cast<unsigned>(limits_.idle / 1s),
+      flags | (tls_.on() ? static_cast<unsigned>(MHD_USE_TLS) : 0U), 0, nullptr, nullptr, OnRequest,
+      this, MHD_OPTION_LISTEN_SOCKET, listening, MHD_OPTION_CONNECTION_LIMIT, most,
+      MHD_OPTION_CONNECTION_TIMEOUT, static_cast<unsigned>(limits_.idle / 1s),
       MHD_OPTION_CONNECTION_MEMORY_LIMIT, limits_.header, MHD_OPTION_STRICT_FOR_CLIENT, 1,
       MHD_OPTION_UNESCAPE_CALLBACK, Unescape, nullptr, MHD_OPTION_NOTIFY_COMPLETED, OnCompleted,
       this, MHD_OPTION_NOTIFY_CONNECTION, OnConnection, this, MHD_OPTION_EXTERNAL_LOGGER,

@@ -26,7 +26,8 @@ struct Request {
   std::string peer{};  ///< address of the other end of the connection, e.g. "10.0.0.7"
   /// Address of the client that a trusted proxy has named; empty: the peer is the client.
   std::string forwarded_for{};
-  /// The user who is logged in, and the role; empty: no user is (Access::WhoAsks).
+  bool logged_in = false;  ///< the client has logged in or need not (Access::WhoAsks)
+  /// The user who is logged in, and the role; empty: the client has no user.
   std::string user{};
   std::optional<Role> role{};
   bool tls = false;     ///< the connection itself is encrypted

@@ -31,8 +31,7 @@ bool WebOutput::HasOtherCertificate(const config::Web& next) const {
 
 void WebOutput::WarnOfEnd() const {
   if (!tls_.on()) return;
-  const std::string warning =
-      pki::EndsSoon(web_.certificate, tls_.until, ReadClocks().wall);
+  const std::string warning = pki::EndsSoon(web_.certificate, tls_.until, ReadClocks().wall);
   if (!warning.empty()) log::Warn("web: {}", warning);
 }
 

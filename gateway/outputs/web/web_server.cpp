@@ -131,7 +131,7 @@ Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config:
 
 WebServer::WebServer(const config::Config& config, LiveApi::Links links, const Limits& limits)
     : limits_(limits),
-      access_(config.web.listen.port, links.info.version, links.info.events),
+      access_(config.web.listen.port, links.info.version, links.info.events, links.info.journal),
       live_(config, links, live_loop_.io()),
       past_(config, links.store, links.lines, links.info, past_loop_.io()) {
   access_.SetHistory(links.info.history != nullptr);
@@ -221,12 +221,13 @@ void WebServer::Handle(const Request& as_sent, Answered answered) {
 /// of a second.
 void WebServer::LogIn(Request request, Answered answered) {
   constexpr std::size_t kMostLogins = 16;
-  if (logins_ >= kMostLogins) return answered(Problem(503, "too many logins at once"));
+  if (logins_ >= kMostLogins) return answered(Problem(503, "too many logins at once; try again"));
   ++logins_;
-  asio::post(login_loop_.io(), [this, request = std::move(request), answered = std::move(answered)] {
-    --logins_;
-    answered(*access_.Answer(request, ReadClocks()));
-  });
+  asio::post(login_loop_.io(),
+             [this, request = std::move(request), answered = std::move(answered)] {
+               --logins_;
+               answered(*access_.Answer(request, ReadClocks()));
+             });
 }
 
 void WebServer::Ask(const Request& request, Answered answered) {

@@ -186,8 +186,9 @@ bool AuditedWrites::HandOn() {
   if (!kept && require_) {
     const std::string why = next->has_room ? log_.Trouble() : "too many writes wait to be recorded";
     inner_.OnNotTaken(NotTaken(next->command, WriteEnd::denied));
-    next->command.End({.end = WriteEnd::denied,
-                       .reason = "the write cannot be recorded (audit: require): " + why});
+    next->command.End(
+        {.end = WriteEnd::denied,
+         .reason = "not sent, because the write cannot be recorded (audit: require): " + why});
   } else if (!inner_.Submit(next->command)) {
     next->command.End(
         {.end = WriteEnd::busy,

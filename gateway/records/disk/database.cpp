@@ -78,7 +78,7 @@ bool Database::Fail(int code) {
   } else if (base == SQLITE_CANTOPEN && NoFileLeft()) {
     error_ = SystemTrouble(EMFILE);
   } else if (base == SQLITE_IOERR) {
-    error_ += "; look at the disk (dmesg)";
+    error_ += "; check the disk (dmesg)";
   }
   const bool other_tables = base == SQLITE_ERROR && NamesMissingTable(error_);
   if (other_tables) error_ += ": another program has changed the tables of the file";

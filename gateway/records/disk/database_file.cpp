@@ -131,7 +131,7 @@ std::string WhyReadOnly(const fs::path& file) {
   if (::stat(file.c_str(), &found) != 0 || ::access(file.c_str(), W_OK) == 0) {
     return "the file cannot be written";
   }
-  if (errno == EROFS) return "its file system is mounted read-only";
+  if (errno == EROFS) return "its file system is mounted read-only; check the disk (dmesg)";
   return fmt::format(
       "the file belongs to user {}, and user {} cannot write it; run: sudo chown {} {}",
       NameOfUser(found.st_uid), NameOfUser(::geteuid()), NameOfUser(::geteuid()), file.string());
@@ -427,7 +427,8 @@ Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::stri
   }
   if (version > kind.version()) {
     why = fmt::format(
-        "a newer baudgate has written the file (file version {}, this baudgate reads up to {})",
+        "a newer baudgate has written the file (file version {}, this baudgate reads up to {}); "
+        "start the newer baudgate, or move the file away",
         *version, kind.version());
     return Look::newer;
   }

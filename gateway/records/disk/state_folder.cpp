@@ -272,7 +272,7 @@ std::optional<StateFolder::Failure> StateFolder::OpenWithin(
   if (!begun) return folder->Open();
   if (opened.wait_for(patience) == std::future_status::ready) return opened.get();
   return Failure{false, folder->path().string() +
-                            ": the disk of this folder does not answer; look at the disk (dmesg)"};
+                            ": the disk of this folder does not answer; check the disk (dmesg)"};
 }
 
 StateFolder::~StateFolder() {

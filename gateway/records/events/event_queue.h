@@ -92,7 +92,7 @@ struct LogOptions {
   /// the file first opens, and after a commit, before `kept`. Empty: records are not read.
   std::function<void(const std::vector<OwedRecord>& owed)> owed{};
   /// Called once for each change of an alarm, also while the disk fails, on the writing thread or
-  /// from Watch. `raised`: true if this change has raised the alarm. Can be empty.
+  /// from EventLog::Watch. `raised`: true if this change has raised the alarm. Can be empty.
   std::function<void(const Alarm& alarm, bool raised)> alarm{};
   /// These receive one line for the log, on any thread: `warn` for example when the disk begins to
   /// fail, `inform` when the disk works again.

@@ -97,10 +97,11 @@ EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble,
 
 EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTime since,
                           WallTime at) {
-  EventRecord record = OwnRecord(OwnCode::left_out,
-                                 Plural(events, "event") + " like the next one not stored since " +
-                                     FormatWallTime(since) + ", because too many came",
-                                 at);
+  EventRecord record =
+      OwnRecord(OwnCode::left_out,
+                Plural(events, "event") + " like the next one in this list were not stored since " +
+                    FormatWallTime(since) + ", because too many came",
+                at);
   record.line = last.line;
   record.device = last.device;
   return record;

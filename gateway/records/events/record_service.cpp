@@ -213,9 +213,8 @@ void RecordService::OnAnswer(Debt& debt, Instant asked, const WriteResult& resul
       away = away || result.end == WriteEnd::not_sent;
       if (!away && ++debt.tries >= kTries) {
         --owing_;
-        const std::string why = result.reason.empty()
-                                    ? "not all requests for the new values were answered"
-                                    : result.reason;
+        const std::string why =
+            result.reason.empty() ? "not all values of the record could be read" : result.reason;
         Settle(debt, NotRead(why, now.wall), steps);
       }
     }

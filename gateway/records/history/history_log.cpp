@@ -302,8 +302,9 @@ void HistoryLog::SetDisk(records::Disk disk, const std::string& trouble) {
                     trouble));
   }
   if (news.ended) {
-    options_.inform(fmt::format("history: values are recorded again in {}; {} values were dropped",
-                                options_.folder.string(), view_->state().counters.dropped));
+    options_.inform(fmt::format(
+        "history: values are recorded again in {}; {} values were dropped since the start",
+        options_.folder.string(), view_->state().counters.dropped));
   }
 }
 

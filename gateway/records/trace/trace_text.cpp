@@ -66,8 +66,8 @@ std::vector<TraceRecord> TraceQueue::Take() {
     // The queue was full until now, so the dropped records were newer than all records in it.
     TraceRecord note;
     note.at = taken.back().at;
-    note.text =
-        fmt::format("{} records were dropped: the reader is too slow", std::exchange(dropped_, 0));
+    note.text = fmt::format("{} records were dropped, because the reader of the trace is too slow",
+                            std::exchange(dropped_, 0));
     taken.push_back(std::move(note));
   }
   return taken;

@@ -114,7 +114,8 @@ void AddWrites(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("writes", "List writes: who wrote what, and the result");
   SetExample(*command, "baudgate writes --since 2h");
   auto options = std::make_shared<WritesOptions>();
-  command->add_flag("--follow", options->follow, "Then show each new write");
+  command->add_flag("--follow", options->follow,
+                    "After the list, show each new write, until Ctrl-C");
   AddSince(*command, options->since);
   command->add_flag("--json", options->json, "Print one JSON object per line");
   AddSocket(*command, options->socket);
@@ -131,8 +132,9 @@ void AddEvents(CLI::App& app, Action& action) {
       app.add_subcommand("events", "Show events of devices and of the gateway, oldest first");
   SetExample(*command, "baudgate events --since 1d --device feeder-1");
   auto options = std::make_shared<EventsOptions>();
-  command->add_flag("--follow", options->follow, "Then show each new event");
-  command->add_option("--from", options->from, "Number (seq) of the first event")
+  command->add_flag("--follow", options->follow,
+                    "After the list, show each new event, until Ctrl-C");
+  command->add_option("--from", options->from, "Begin with the event that has this number (seq)")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 62U));
   command->add_option("--device", options->device, "Show this device only: DEVICE or LINE.DEVICE");
   AddSince(*command, options->since);
@@ -151,7 +153,7 @@ void AddAlarms(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("alarms", "Show alarms that are active or not acknowledged");
   SetExample(*command, "baudgate alarms --follow");
   auto options = std::make_shared<AlarmsOptions>();
-  command->add_flag("--follow", options->follow, "Then show each change");
+  command->add_flag("--follow", options->follow, "After the list, show each change, until Ctrl-C");
   command->add_flag("--json", options->json, "Print one JSON object per line");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {

@@ -196,19 +196,31 @@ void AddUsers(CLI::App& app, Action& action) {
     });
     return std::pair(command, options);
   };
-  const auto [adds, added] =
-      add("add", "Add a user, or give a user another role and password", What::add,
-          "baudgate users add anna --role operator");
+  const auto [adds, added] = add("add", "Add a user, or give a user another role and password",
+                                 What::add, "baudgate users add anna --role operator");
   adds->add_option("--role", added->role, "viewer, operator, engineer or auditor")->required();
   adds->add_flag("--no-password", added->no_password, "The user can log in only with tokens");
-  const auto [tokens, token] =
-      add("token", "Make a token for a program and print it once", What::token,
-          "baudgate users token prometheus --days 365");
+  const auto [tokens, token] = add("token", "Make a token for a program and print it once",
+                                   What::token, "baudgate users token prometheus --days 365");
   tokens->add_option("--days", token->days, "Days until the token ends")
       ->check(CLI::Range(1, 3650))
       ->capture_default_str();
   add("remove", "Remove a user and its tokens", What::remove, "baudgate users remove anna");
   add("list", "List users, roles and the ends of tokens", What::list, "baudgate users list");
+}
+
+void AddAudit(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("audit", "Show or verify logins and acts of users");
+  SetExample(*command, "baudgate audit --verify");
+  auto options = std::make_shared<JournalOptions>();
+  AddConfig(*command, options->config);
+  command->add_flag("--verify", options->verify, "Check that no row was changed or is missing");
+  command->add_flag("--json", options->json, "Print one JSON object per line");
+  command->callback([options, &action] {
+    action = [options](const auto& catalog) {
+      return RunAudit(*options, catalog, std::cout, std::cerr);
+    };
+  });
 }
 
 void AddMap(CLI::App& app, Action& action) {
@@ -344,6 +356,7 @@ void AddCommands(CLI::App& app, Action& action) {
   AddCheck(app, action);
   AddCerts(app, action);
   AddUsers(app, action);
+  AddAudit(app, action);
   AddMap(app, action);
   AddWatch(app, action);
   AddDiscoveryServer(app, action);

@@ -175,10 +175,10 @@ void AddSimulate(CLI::App& app, Action& action) {
 }
 
 CLI::Option* AddNewProfile(CLI::App& profiles, const std::shared_ptr<NewProfileOptions>& fresh) {
-  auto* list = profiles.add_option("--new", fresh->file,
-                                   "Print a Modbus profile made from a register list: a CSV file "
-                                   "with the columns name, register, type, and optionally unit, "
-                                   "scale, access, table, order, group, description, example");
+  auto* list = profiles.add_option(
+      "--new", fresh->file,
+      "Print a Modbus profile made from a register list (CSV). Columns: name, register, type; "
+      "optional columns: unit, scale, access, table, order, group, description, example");
   const std::map<std::string, FirstRegister> firsts = {
       {"0", FirstRegister::zero}, {"1", FirstRegister::one}, {"40001", FirstRegister::modicon}};
   profiles

@@ -235,7 +235,7 @@ void RemarkFormats(std::vector<Found>& found) {
     if (usual->first == own || usual->second <= formats[own]) continue;
     one.remarks.push_back("this device uses " + own +
                           ", but most devices of its protocol here use " + usual->first +
-                          ": check the parity");
+                          ": check the character format");
   }
 }
 

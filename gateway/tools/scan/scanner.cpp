@@ -13,7 +13,7 @@ constexpr int kRepeats = 3;
 constexpr int kTriesInTraffic = 4;
 /// Fewer bytes than this are a disturbance of the line, no reply.
 constexpr std::size_t kLeastOfReply = 3;
-constexpr const char* kTwo = "two devices may have this address: give each device its own";
+constexpr const char* kTwo = "two devices may have this address; give each device its own";
 
 }  // namespace
 
@@ -92,8 +92,8 @@ void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
       std::string(tongue.protocol->name) + (wish_.network ? "" : " " + sweep.serial.ToString());
   for (unsigned address = sweep.addresses.first; address <= sweep.addresses.last; ++address) {
     if (wire_.Now() > limit_) {
-      report_.remarks.push_back("the time limit was reached before " + where + ", address " +
-                                std::to_string(address));
+      report_.remarks.push_back("the time limit of --quick was reached before " + where +
+                                ", address " + std::to_string(address));
       return End();
     }
     const unsigned left = sweep.addresses.last - address + 1;
@@ -357,7 +357,9 @@ void Scanner::Finish() {
   }
   doubtful_.clear();
   RemarkFormats(report_.found);
-  if (report_.echo) report_.remarks.emplace_back("the bus sends every request back (echo)");
+  if (report_.echo)
+    report_.remarks.emplace_back(
+        "the bus sends every request back (echo); set echo: strip at the line");
 }
 
 }  // namespace baudgate::scan

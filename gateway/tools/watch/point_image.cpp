@@ -213,8 +213,8 @@ void Publishers::OnLeft(const dds::PublisherId& publisher) {
       TookOver(of, rivals.first, rivals.second);
     } else if (publisher == rivals.second) {
       gateway.rivals.reset();
-      Say(Weight::change, "gateway " + of.first + ": " + Text(publisher) + " has stopped, " +
-                              Text(rivals.first) + " continues");
+      Say(Weight::change, "gateway " + of.first + ": sender " + Text(publisher) +
+                              " has stopped, and sender " + Text(rivals.first) + " continues");
     }
   }
 }
@@ -260,7 +260,7 @@ void Publishers::TookOver(Names& of, dds::PublisherId first, dds::PublisherId se
   of.second.current = second;
   of.second.rivals.reset();
   Say(Weight::change,
-      "gateway " + of.first + ": " + Text(second) + " took over from " + Text(first));
+      "gateway " + of.first + ": sender " + Text(second) + " took over from sender " + Text(first));
 }
 
 void Publishers::CheckRivals(Names& of, const Point& before, const dds::PublisherId& publisher,

@@ -101,8 +101,8 @@ int RunGuarded(const std::function<int()>& run, std::span<const Duration> ladder
     if (WIFEXITED(status)) return WEXITSTATUS(status);
     const int number = WTERMSIG(status);
     if (stopped || number == SIGPIPE) return kEndedBySignal + number;
-    err << "watch: the DDS library was ended by signal " << number << "; watch restarts"
-        << std::endl;
+    err << "watch: the process with the DDS library was ended by signal " << number
+        << "; watch restarts" << std::endl;
     if (!Sleep(ladder[std::min(rung, ladder.size() - 1)], signals)) return 0;
   }
 }

@@ -272,7 +272,7 @@ class Watch {
     } else {
       err_ << "watch: no samples came on domain " << options_.domain << " (" << Interfaces()
            << "); check that the gateway runs, that its dds.domain is " << options_.domain
-           << " and that its dds.interfaces reach this address\n";
+           << " and that its dds.interfaces reach this machine\n";
     }
     return kExitCanNot;
   }

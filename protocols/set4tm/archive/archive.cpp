@@ -181,7 +181,7 @@ std::string LoadSession::Shown() const {
     const auto end = state.reader.end();
     const std::string name = NameOfLoad(state.reader.profile());
     if (state.refused) {
-      shown.push_back(name + " is not read: the meter refuses it");
+      shown.push_back(name + " is not read, because the meter refuses the request");
       continue;
     }
     if (!state.reader.trouble().empty()) shown.push_back(name + ": " + state.reader.trouble());
@@ -436,7 +436,8 @@ std::string BillingSession::Shown() const {
   for (const Period& period : periods_) {
     if (period.refused) {
       shown.push_back(fmt::format(
-          "billing readings of each {} are not read: the meter refuses them", NameOf(period.kind)));
+          "billing readings of each {} are not read, because the meter refuses the request",
+          NameOf(period.kind)));
     } else if (period.kept) {
       shown.push_back(fmt::format("billing readings of each {} are read up to {}",
                                   NameOf(period.kind), DayText(*period.kept)));
@@ -525,9 +526,10 @@ Answer MeterArchive::TakeInBackground(View data, Instant now) {
 }
 
 std::string MeterArchive::Learned() const {
-  return Listed(
-      {events_ && journals_.has_refused() ? "journals are not read: the meter refuses them" : "",
-       loads_.Shown(), billing_.Shown()});
+  return Listed({events_ && journals_.has_refused()
+                     ? "journals are not read, because the meter refuses the request"
+                     : "",
+                 loads_.Shown(), billing_.Shown()});
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -284,7 +284,8 @@ void JournalSession::Choose(Instant now) {
   }
   if (looks_) return;
   if (!pass_) {
-    // All journals are paused: the task takes the journal whose pause ends first.
+    // Every journal is paused or refused: the task takes the journal whose pause ends first, and a
+    // refused journal only if all are refused.
     const auto rests = [](const State& state) {
       return std::pair(state.refused, state.rests_until);
     };

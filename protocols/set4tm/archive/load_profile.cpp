@@ -204,7 +204,8 @@ bool LoadReader::OnInterval(unsigned minutes) {
   trouble_.clear();
   if (minutes == 0 || minutes > 60 || 60 % minutes != 0) {
     trouble_ = fmt::format(
-        "the interval of {} minutes that the meter reports (08 06) does not divide an hour",
+        "the interval of {} minutes that the meter reports (08 06) does not divide an hour, so the "
+        "profile is not read",
         minutes);
     return false;
   }
@@ -220,7 +221,7 @@ bool LoadReader::OnPointer(View data, const Manner& manner) {
   const bool goes_on = GoOn(manner);
   if (!current_)
     trouble_ = "the record pointer that the meter reports (08 04: " + ToHex(data) +
-               ") is outside its memory";
+               ") is outside its memory, so the profile is not read";
   return goes_on;
 }
 
@@ -279,7 +280,8 @@ bool LoadReader::PlanScan(const Manner& manner) {
     if (scanned_ && !waits_) {
       scan_.reset();
       trouble_ = fmt::format(
-          "no hour was found in the meter's memory before its record pointer (08 04: {:04X})",
+          "no header of an hour was found in the meter's memory before its record pointer (08 04: "
+          "{:04X})",
           pointer_->address);
     }
     return false;

@@ -105,7 +105,8 @@ Result<Bytes> ClockCorrection(const Value& value, const ClockDrift& drift, Insta
           "and synchronise this machine's clock"};
     }
     seconds = std::round(-*latest);
-    if (seconds == 0) return Error{"the meter's clock is already right to a second"};
+    if (seconds == 0)
+      return Error{"the meter's clock differs by less than 0.5 s, so no correction is needed"};
   } else if (seconds == 0 || seconds != std::round(seconds)) {
     return Error{
         "a meter's clock can be corrected only by whole seconds; write 1 to 120, or -1 to -120"};

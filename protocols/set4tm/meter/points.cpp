@@ -108,12 +108,12 @@ Status ParseDecoder(std::string_view read, std::string_view text, Field& field) 
   const auto at = text.find('@');
   std::string_view name = text.substr(0, at);
   const auto offset = ParseInteger<std::size_t>(text.substr(at + 1));
-  if (!offset) return Wrong(read, "the offset after @ must be a number");
+  if (!offset) return Wrong(read, "the offset after @ must be a number, as in float_le@0");
   std::optional<std::size_t> count;
   if (const auto open = name.find('('); open != std::string_view::npos) {
     if (name.back() != ')') return Wrong(read, "no closing parenthesis");
     count = ParseInteger<std::size_t>(name.substr(open + 1, name.size() - open - 2));
-    if (!count) return Wrong(read, "the length in parentheses must be a number");
+    if (!count) return Wrong(read, "the length in parentheses must be a number, as in bcd(2)@0");
     name = name.substr(0, open);
   }
   const DecoderRow* row = FindDecoder(name);
@@ -130,7 +130,8 @@ Status ParseDecoder(std::string_view read, std::string_view text, Field& field) 
   if (count && (*count == 0 || *count > most)) {
     return Wrong(read, "the length must be 1 to " + std::to_string(most));
   }
-  if (*offset > kMaxData) return Wrong(read, "the offset is beyond the end of every reply");
+  if (*offset > kMaxData)
+    return Wrong(read, "the offset is beyond the end of every reply; write a smaller offset");
   field.decoder = row->decoder;
   field.offset = *offset;
   field.count = count.value_or(0);
@@ -157,13 +158,15 @@ Status CheckPdu(std::string_view read, const Field& field) {
     return Wrong(read, "latched reads the time of the latch; write \"08 14 50 latched@0\"");
   }
   const auto length = LengthOfData(pdu);
-  if (!length) return Wrong(read, "no reply to this request is documented; check its length");
+  if (!length)
+    return Wrong(read, "no reply to this request is documented; check the length of the request");
   if (field.decoder == Decoder::flag && (field.offset < 1 || field.offset > 40)) {
     return Wrong(read, "flag@nn takes 1 to 40, for E-01 to E-40");
   }
   if (EndOf(field) > *length) {
-    return Wrong(read, "the value ends beyond the " + std::to_string(*length) +
-                           " data bytes of the reply (offset 0 is the first one)");
+    return Wrong(
+        read, "the value ends beyond the " + std::to_string(*length) +
+                  " data bytes of the reply; write a smaller offset (the first byte has offset 0)");
   }
   return {};
 }

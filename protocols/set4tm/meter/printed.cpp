@@ -127,8 +127,8 @@ Decoded DecodeMoment(std::uint8_t minute, View hour_and_date) {
   return DecodeField({{}, Decoder::time_min, 0, 0}, bytes, {});
 }
 
-/// Adds memory bytes. If they are the header of a load profile, it adds its parts: hour, date,
-/// season, minutes of a slice, and their sum.
+/// Adds memory bytes. If they begin with a load profile header whose sum is right, its hour with
+/// date and its minutes of a slice are added, too.
 void AddMemory(Printed& printed, std::uint8_t memory, std::size_t from) {
   const View data = printed.data().subspan(std::min(from, printed.data().size()));
   const bool profile = memory == 0x03 || memory == 0x08 || memory == 0x09;

@@ -30,7 +30,7 @@ Result<std::vector<unsigned>> ParseLoads(const std::vector<std::string>& words) 
       return Error{"load_profile: \"" + word + "\" is not a load profile; write 1, 2 or 3"};
     }
     if (std::ranges::count(profiles, *profile) > 0) {
-      return Error{"load_profile: " + word + " occurs twice"};
+      return Error{"load_profile: " + word + " occurs twice; remove one of the two"};
     }
     profiles.push_back(*profile);
   }
@@ -46,7 +46,7 @@ Result<std::vector<BillingPeriod>> ParseBilling(const std::vector<std::string>& 
     }
     periods.push_back(word == "day" ? BillingPeriod::day : BillingPeriod::month);
     if (std::ranges::count(periods, periods.back()) > 1) {
-      return Error{"billing: " + word + " occurs twice"};
+      return Error{"billing: " + word + " occurs twice; remove one of the two"};
     }
   }
   return periods;

@@ -16,7 +16,7 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
               Quality(Quality::bad_configuration, Reason::not_fitted),
               {}};
     case kInternalError:
-      return {Outcome::refused, "internal error of the meter; read its status word (08 0A)",
+      return {Outcome::refused, "the meter has an internal error; read its status word (08 0A)",
               Quality(Quality::bad_device_failure, Reason::device_fault), 10s};
     case kLevelTooLow:
       if (opening) {
@@ -50,7 +50,7 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
       return {Outcome::refused, "the request cannot be executed", std::nullopt, {}};
     case kMeterSilent:
       return {Outcome::no_reply,
-              "the communicator reports that the meter does not answer",
+              "the GSM communicator reports that the meter behind it does not answer",
               std::nullopt,
               {}};
     default:

@@ -73,7 +73,8 @@ TEST(Yaml, ColumnsCountCharacters) {
 
 TEST(Yaml, LargeAndDeepTextsAreRefused) {
   EXPECT_EQ(Shown(Load(std::string((4U << 20U) + 1, ' ')).problems),
-            "t.yaml: error: is larger than the 4 MiB that a configuration can have\n");
+            "t.yaml: error: is larger than the 4 MiB that a configuration can have; divide the "
+            "devices among several gateways\n");
   for (const char* const bracket : {"[", "{a: ", "- ", "? "}) {
     std::string deep = "lines: \n ";
     for (int i = 0; i < 100'000; ++i) deep += bracket;
@@ -122,7 +123,7 @@ TEST(Yaml, ControlCharactersDoNotReachTheTerminal) {
   EXPECT_EQ(Shown(Load("lines: []\n\"a\\e[2Jb\": 1\n").problems),
             "t.yaml:2:1: error: unknown key 'a…' in the configuration; allowed: gateway, events, "
             "history, "
-            "modbus, dds, web, lines\n");
+            "modbus, dds, users, web, lines\n");
   EXPECT_EQ(Shown(Load("lines: []\ndds: { enabled: \"a\\e[2Jb\" }\n").problems),
             "t.yaml:2:17: error: enabled: 'a\\x1B[2Jb' is neither true nor false\n");
 }

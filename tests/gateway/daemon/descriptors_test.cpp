@@ -46,7 +46,8 @@ TEST(DescriptorsTest, ClientsShareTheDescriptorsThatPortsAndSocketsLeave) {
   EXPECT_GT(ClientShare(needs, 0), 0);
   EXPECT_EQ(ClientShare({0, 100, 0}, 50), 1) << "nobody is turned away";
   const std::string text = ExplainClientShare(needs, 420);
-  for (const char* part : {"320 clients", "not 1280", "420 files", "reserves 100", "to 1380"}) {
+  for (const char* part :
+       {"320 clients", "not 1280", "420 files", "needs 100 of them", "to 1380"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
 }

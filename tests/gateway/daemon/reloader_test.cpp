@@ -173,7 +173,7 @@ TEST_F(ReloaderTest, AnUnstorableTrialIsRefusedAndAnUnstorableReloadReported) {
   EXPECT_EQ(Runs(), "a");
   const ReloadAnswer answer = Reload("b");
   EXPECT_TRUE(answer.ok);
-  EXPECT_THAT(answer.text, HasSubstr("; the configuration cannot be saved: "));
+  EXPECT_THAT(answer.text, HasSubstr("; the configuration cannot be saved for the next start: "));
   EXPECT_EQ(Runs(), "b");
 }
 

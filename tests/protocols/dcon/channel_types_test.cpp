@@ -66,7 +66,7 @@ TEST(DconChannelTypes, AreReadOnceAndGiveTheUnit) {
   EXPECT_EQ(answer.readings[2].quality, kNotThis);
   EXPECT_EQ(talk->trouble().reason, Reason::none) << "the others are good";
   EXPECT_NE(
-      talk->trouble().text.find("input 2 has type 0D and measures in mA, but the profile says V "
+      talk->trouble().text.find("input 2 has type 0D and measures in mA, but the profile has V "
                                 "for input_2"),
       std::string::npos)
       << talk->trouble().text;

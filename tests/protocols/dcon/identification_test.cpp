@@ -61,7 +61,7 @@ TEST(DconIdentification, APercentModuleIsNeverServedAsVolts) {
   const Answer answer = script.Run(Poll(0), {{"$01M", "!017017"}, {"$012", "!01080601"}});
   EXPECT_EQ(answer.then, Then::replan);
   EXPECT_EQ(script.trouble().reason, Reason::other_module);
-  EXPECT_NE(script.trouble().text.find("data format 'percent', but the profile says engineering"),
+  EXPECT_NE(script.trouble().text.find("data format 'percent', but the profile has engineering"),
             std::string::npos)
       << script.trouble().text;
   ASSERT_EQ(script.talk()->Queries().size(), 1U);
@@ -77,8 +77,8 @@ TEST(DconIdentification, APercentModuleIsNeverServedAsVolts) {
 
 TEST(DconIdentification, TypeFormatAndChecksumAreCompared) {
   const std::pair<const char*, const char*> kCases[] = {
-      {"!010D0600", "type 0D measures in mA, but the profile says V for a"},
-      {"!01080640", "the module's checksum is on, but the configuration says checksum: false"},
+      {"!010D0600", "type 0D measures in mA, but the profile has V for a"},
+      {"!01080640", "the module's checksum is on, but the configuration has checksum: false"},
       {"!01080602", "data format 'hex'"},
   };
   for (const auto& [reply, text] : kCases) {
@@ -88,7 +88,7 @@ TEST(DconIdentification, TypeFormatAndChecksumAreCompared) {
   }
   Script listed(TwoInputs({{"types", std::vector<std::string>{"08", "09"}}}));
   listed.Run(Poll(0), {{"$01M", "!017017"}, {"$012", "!010A0600"}});
-  EXPECT_NE(listed.trouble().text.find("type 0A, but the profile says 08 or 09"), std::string::npos)
+  EXPECT_NE(listed.trouble().text.find("type 0A, but the profile has 08 or 09"), std::string::npos)
       << listed.trouble().text;
 }
 
@@ -149,7 +149,7 @@ TEST(DconIdentification, InAnUnknownModeNoPossibleWriteIsSent) {
   const Answer found = script.Run(Probe(), {{"$01M", "!017050"}});
   EXPECT_EQ(found.then, Then::replan);
   EXPECT_NE(script.trouble().text.find(
-                "the module's checksum is off, but the configuration says checksum: true"),
+                "the module's checksum is off, but the configuration has checksum: true"),
             std::string::npos)
       << script.trouble().text;
   script.Run(Poll(0), {{"$01MD2", ""}, {"$012B7", ""}, {"$01M", "!017050"}});

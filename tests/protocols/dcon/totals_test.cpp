@@ -193,7 +193,7 @@ TEST(DconTotalsOf, FrequencyModulesAreRefused) {
   Asked(talk, Poll(0));
   Exchange(talk, Poll(0), "!01510600\r");
   EXPECT_NE(
-      talk->trouble().text.find("type 51 measures in Hz, but the profile says a total for total"),
+      talk->trouble().text.find("type 51 measures in Hz, but the profile has a total for total"),
       std::string::npos)
       << talk->trouble().text;
 }

@@ -171,7 +171,7 @@ TEST_F(ReaderConversationTest, ATextGivesACodeAndANumber) {
   EXPECT_EQ(Shown(answer, 1), "bad: sensor failure") << "never a number that looks real";
   EXPECT_EQ(Shown(answer, 2), "OL");
   EXPECT_EQ(HearText("GS 12.3kg NT 10.1kg\r", 1h + 3s).reason,
-            "2 numbers in 'GS 12.3kg NT 10.1kg'");
+            "there are 2 numbers in 'GS 12.3kg NT 10.1kg'");
   EXPECT_EQ(HearText("$GPGGA,063905.00,4717.1,N,00833.9,E\r", 1h + 3s).reason,
             "sentences of NMEA 0183 come ('$GPGGA,063905.00,4717.1,N,0083')");
   EXPECT_EQ(HearText("ST,GS,+  12,35kg\r", 1h + 3s).reason,

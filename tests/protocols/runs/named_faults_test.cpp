@@ -143,7 +143,7 @@ const FaultRow kFaults[] = {
          return framed;
        });
      },
-     "the same bytes stand around its replies \\(10 02 ... 10 03\\)", "noise|gap|second master",
+     "the same bytes come around its replies \\(10 02 ... 10 03\\)", "noise|gap|second master",
      true, IsSerial},
     {"XOFF",
      [](Stage stage) {
@@ -221,7 +221,7 @@ const FaultRow kFaults[] = {
          return noise;
        });
      },
-     "bytes stand before its replies|damaged|not Modbus TCP", "gap|second master|power", true,
+     "bytes come before its replies|damaged|not Modbus TCP", "gap|second master|power", true,
      IsSerial},
     {"noise behind",
      [](Stage stage) {
@@ -443,8 +443,9 @@ TEST_P(NamedFaults, TheSlowDeviceIsNamedAndNotItsNeighbour) {
   if (rig->StatusOf(1).missed < 10) return;
   EXPECT_TRUE(std::regex_search(
       text,
-      std::regex(rig.device(0).name + " takes [0-9]+ % of the "
-                                      "line's time, [0-9]+ ms an exchange\\. Poll it less often")))
+      std::regex(
+          rig.device(0).name +
+          " takes [0-9]+ % of the line's time, [0-9]+ ms per exchange\\. Poll it less often")))
       << text;
 }
 

@@ -210,8 +210,9 @@ TEST(BillingSession, AMeterThatRefusesAllIsNotAskedAgain) {
   bench.Run(3h);
   EXPECT_FALSE(bench.session().due());
   EXPECT_EQ(bench.session().Shown(),
-            "billing readings of each day are not read: the meter refuses them, billing readings "
-            "of each month are not read: the meter refuses them");
+            "billing readings of each day are not read, because the meter refuses the request, "
+            "billing readings "
+            "of each month are not read, because the meter refuses the request");
 }
 
 TEST(BillingSession, EachReadingIsReportedOnceInSpiteOfDisturbances) {

@@ -184,7 +184,8 @@ TEST(TelegramAnswers, OfSimilarTelegramsTheLiteralOneMatches) {
   Talk talk(TelegramProtocol(), Described(text));
   const auto request = talk.Ask(Poll(0));
   ASSERT_FALSE(request);
-  EXPECT_NE(request.error().find("is the telegram 'status'"), std::string::npos) << request.error();
+  EXPECT_NE(request.error().find("has the same bytes as telegram 'status'"), std::string::npos)
+      << request.error();
 }
 
 TEST(TelegramWrites, AnInexpressibleValueIsNotSent) {
@@ -228,9 +229,9 @@ TEST(TelegramAnswers, AnInvalidNumberIsExplained) {
     std::string reason;
   } rows[] = {
       {"decimal", "12,50", "its numbers have a decimal comma ('12,50')"},
-      {"+07.3f", "+012.50", "it sends 2 decimals, but 3 are described ('+012.50')"},
+      {"+07.3f", "+012.50", "it sends 2 decimals, but 3 are described in its profile ('+012.50')"},
       {"+07.3f", "+12.500", ""},
-      {"+07.3f", "+2.500", "it sends 6 characters, but 7 are described ('+2.500')"},
+      {"+07.3f", "+2.500", "it sends 6 characters, but 7 are described in its profile ('+2.500')"},
       {"decimal", "12.5 m", "'12.5 m' comes in the place of 'level', which must be a number"},
       {"decimal", "----", ""},
   };

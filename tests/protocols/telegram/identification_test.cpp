@@ -136,7 +136,7 @@ TEST(TelegramRecognise, ReportsUnexpectedReplies) {
        "its messages carry no check value ('$WIMWV,214.8,R,0.1,N,A')"},
       {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A*0A\r\n", bad_check, "a text"},
       {"owen-mv110-8a-telegrams", "#0386\r", ">+04.803+02.819F3\r", other_form,
-       "2 of the 8 numbers in the profile came ('>+04.803+02.819F3')"},
+       "only 2 of the 8 numbers in the profile came ('>+04.803+02.819F3')"},
       {"owen-mv110-8a-telegrams", "#0386\r",
        ">+04.800+02.810-00.720+00.350+09.000-09.300+03.200+07.100\r", other_setting,
        "its replies carry no check value ('>+04.800+02.810-00.720+0...')"},

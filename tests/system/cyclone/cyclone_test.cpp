@@ -180,9 +180,9 @@ TEST(Cyclone, AReaderWithIncompatibleQosIsNamedUntilItLeaves) {
   for (const auto& [policy, words] : asked) {
     subscribers.push_back(
         std::make_unique<CycloneSubscriber>("--count 1 --seconds 3 --qos " + policy));
-    expected.push_back("a reader of baudgate/points at 127.0.0.1 asks for " + words +
-                       ", which is not offered, and receives no samples; docs/dds.md lists what a "
-                       "reader may request");
+    expected.push_back(
+        "a reader of baudgate/points at 127.0.0.1 receives no samples, because it asks for " +
+        words + ", which is not offered; docs/dds.md lists what a reader may request");
   }
   EXPECT_TRUE(testing::Eventually([&] { return remarks().size() == asked.size(); }));
   EXPECT_THAT(remarks(), ::testing::UnorderedElementsAreArray(expected));

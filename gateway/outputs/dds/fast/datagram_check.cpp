@@ -525,7 +525,7 @@ constexpr Duration kSilence = 10s;
 
 std::string Line(Refusal reason, Sender sender, std::uint64_t folded) {
   return "refused " + std::string(Words(reason)) + " from " + Text(sender) + " (" +
-         std::to_string(folded) + " more before)";
+         std::to_string(folded) + " more refused before)";
 }
 
 }  // namespace

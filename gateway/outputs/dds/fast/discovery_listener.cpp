@@ -99,10 +99,9 @@ std::string Unmet(const Reader& reader) {
     asked += policy.asks_for;
   }
   if (asked.empty()) return {};
-  return "a reader of " + reader.topicName().to_string() + " at " + HostOf(reader) + " asks for " +
-         asked +
-         ", which is not offered, and receives no samples; docs/dds.md lists what a reader may "
-         "request";
+  return "a reader of " + reader.topicName().to_string() + " at " + HostOf(reader) +
+         " receives no samples, because it asks for " + asked +
+         ", which is not offered; docs/dds.md lists what a reader may request";
 }
 
 }  // namespace

@@ -47,8 +47,8 @@ class UnmetReaders {
  public:
   /// To be called when a reader was found, has changed or has left. Any thread may call it.
   void OnReader(const eprosima::fastrtps::rtps::ReaderDiscoveryInfo& info);
-  /// Returns one sentence per reader. Readers at one address with the same requests share a
-  /// sentence.
+  /// Returns one sentence per unmet reader. Readers of one topic and address that ask for the same
+  /// QoS share a sentence.
   std::vector<std::string> Sentences() const;
 
  private:

@@ -262,7 +262,7 @@ class FastWriter : public SampleWriter {
     if (remarks.size() > Neighbours::kMostRemarks) {
       const std::size_t more = remarks.size() - Neighbours::kMostRemarks + 1;
       remarks.resize(Neighbours::kMostRemarks);
-      remarks.back() = std::to_string(more) + " more warnings of this kind";
+      remarks.back() = std::to_string(more) + " more warnings are not shown";
     }
     return neighbours;
   }

@@ -42,7 +42,7 @@ bool IsOwn(const OwnAddresses& own, const std::string& address) {
 }
 
 std::optional<std::string> WhyUnused(const OwnAddresses& own, const std::string& address) {
-  if (!IsOwn(own, address)) return "no interface of this machine has it now";
+  if (!IsOwn(own, address)) return "no interface of this machine has this address now";
   const auto at = own.find(address);
   if (at == own.end() || at->second) return std::nullopt;
   return "its interface is down or unplugged";

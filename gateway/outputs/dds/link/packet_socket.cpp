@@ -80,6 +80,18 @@ Result<Descriptor> ConnectTo(const std::string& path) {
   return socket;
 }
 
+namespace {
+
+/// True if no process listens at the socket file, so that it may be removed. A process that does
+/// not accept at the moment is a listener, too.
+bool IsLeftBehind(const sockaddr_un& address) {
+  const Descriptor socket(::socket(AF_UNIX, kType, 0));
+  return socket && ::connect(socket.get(), Plain(address), sizeof address) != 0 &&
+         errno == ECONNREFUSED;
+}
+
+}  // namespace
+
 Result<Descriptor> ListenAt(const std::string& path, const std::string& group) {
   const auto address = AddressOf(path);
   if (!address) return TooLong(path);
@@ -90,6 +102,9 @@ Result<Descriptor> ListenAt(const std::string& path, const std::string& group) {
     if (ConnectTo(path).ok()) {
       return Error{path +
                    ": another process answers at this socket; is this gateway running already?"};
+    }
+    if (!IsLeftBehind(*address)) {
+      return Error{path + ": another process has this socket; is this gateway running already?"};
     }
     ::unlink(path.c_str());
   }

@@ -459,7 +459,7 @@ void ProcessLink::Publish(const LinkState& before) {
   switch (state.phase) {
     case Phase::up:
       Tell(log::Level::info, before.phase == Phase::silent ? "the process reads samples again"
-                                                           : "the process takes samples");
+                                                           : "the process accepts samples");
       break;
     case Phase::silent:
       Tell(

@@ -28,11 +28,12 @@ Result<Value> ValueOf(const config::Point& point, const RequestSample& request) 
     return bus::ParseValue(point, request.text);
   }
   if (!std::isfinite(request.value)) {
-    return Error{"'value' is not a number, and 'text' is empty"};
+    return Error{"'value' is not a number, and 'text' is empty; set one of them"};
   }
   if (!CountsInWholes(point.type)) return Value(request.value);
   if (std::abs(request.value) > kExactWhole) {
-    return Error{"whole numbers beyond 2^53 are exact in 'text' only"};
+    return Error{
+        "'value' is beyond 2^53, where not every whole number is exact; send the number in 'text'"};
   }
   const bool whole = std::trunc(request.value) == request.value;
   return bus::ParseValue(point, whole ? std::to_string(static_cast<std::int64_t>(request.value))
@@ -48,7 +49,7 @@ bus::RequestId IdOf(const RequestSample& request) {
 namespace {
 
 constexpr char kLasting[] =
-    "the writer of requests is not volatile, so old requests could be delivered; set its "
+    "the client's DDS writer is not volatile, so old requests could be delivered; set its "
     "durability to volatile";
 
 /// A not_after_ns that is farther ahead has no effect, because it is later than any deadline_ms.
@@ -84,7 +85,7 @@ std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) 
   constexpr char kAdvice[] =
       "; check the client's clock, and repeat the write with a new seq if it is still needed";
   if (arrival.published <= WallTime())
-    return "too old: it carries no time stamp" + std::string(kAdvice);
+    return "it carries no time stamp, so its age is not known" + std::string(kAdvice);
   if (arrival.published - now > PatienceOf(arrival.request)) {
     return "its time stamp is " + FormatAge(arrival.published - now) +
            " ahead of this machine's clock, so its age is not known" + kAdvice;

@@ -22,13 +22,13 @@ struct Responder::Library {
 
 Responder::Responder() : library_(std::make_unique<Library>()) {
   if (library_->context == nullptr) {
-    ready_ = Error{"libmodbus has no memory for a context"};
+    ready_ = Error{"there is not enough memory for libmodbus"};
     return;
   }
   // A packet socket preserves message boundaries, so one read returns one whole reply.
   const int kind = SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC;
   if (::socketpair(AF_UNIX, kind, 0, pair_.data()) != 0) {
-    ready_ = Error{"no socket pair for the Modbus answers; raise the limit of open files"};
+    ready_ = Error{"no sockets can be opened for Modbus replies; raise LimitNOFILE of the service"};
     return;
   }
   // modbus_reply sleeps for the response timeout before it sends an exception of its own, so the

@@ -360,8 +360,8 @@ void ClientSession::CloseMalformed(Instant now) {
 void ClientSession::CloseForRoom() {
   LiveCounters::Add(shared_.counters().idle);
   WarnOfClient(peer_, "closed: idle",
-               "max_clients are connected, so a new client replaced this client, which had sent no "
-               "request for the longest time; raise max_clients if all clients are needed");
+               "a new client replaced it, because max_clients are connected and it had sent no "
+               "request for the longest time. Raise max_clients if all clients are needed");
   Close();
 }
 

@@ -185,7 +185,7 @@ Status Listener::Open(PassedSockets* passed) {
       resolver.resolve(listener_.host, std::to_string(listener_.port),
                        tcp::resolver::passive | tcp::resolver::numeric_service, failed);
   if (failed || found.empty()) {
-    return Error{"unknown address; check modbus.listen"};
+    return Error{"the host is unknown; check modbus.listen"};
   }
   const tcp::endpoint endpoint = found.begin()->endpoint();
   const auto descriptor = passed == nullptr ? std::nullopt : passed->Take(endpoint);
@@ -266,7 +266,7 @@ void Listener::Welcome(tcp::socket socket) {
         name,
         shared_.limits().client_share < 1
             ? "no file descriptor is left for another client; raise LimitNOFILE of the service"
-            : "max_clients are connected already");
+            : "max_clients are connected already; raise max_clients of the listener");
   }
   asio::error_code failed;
   socket.set_option(tcp::no_delay(true), failed);

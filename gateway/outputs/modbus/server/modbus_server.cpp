@@ -91,7 +91,7 @@ void ModbusServer::Look() {
     const std::string before =
         std::exchange(place.why_not, looked ? std::string() : looked.error());
     if (looked) {
-      if (!before.empty()) log::Info("modbus: listener {}: is now open", place.listener.Address());
+      if (!before.empty()) log::Info("modbus: listener {} is open now", place.listener.Address());
       continue;
     }
     const ClosedListener one{place.listener.Address(), place.why_not,

@@ -394,7 +394,8 @@ bool Permits(config::Permit permit, std::uint8_t function) {
 
 namespace {
 
-constexpr const char* kNotPermitted = "the listener does not permit this request (permit)";
+constexpr const char* kNotPermitted =
+    "the listener does not permit this request; see its 'permit' and 'write' in modbus.listen";
 
 }  // namespace
 

@@ -110,7 +110,7 @@ namespace {
 bus::RoutedReply Busy() {
   bus::RoutedReply reply;
   reply.outcome = Outcome::busy;
-  reply.reason = "too many requests wait already";
+  reply.reason = "the request was not sent, because too many requests wait already";
   return reply;
 }
 

@@ -26,13 +26,14 @@ std::string Silence(const modbus::MasterStatus& master, WallTime now) {
   const Duration silent = now - (never ? master.since : master.last_frame);
   if (silent < kSilentMaster) return {};
   if (!never)
-    return fmt::format("no request for {}: does the master still poll?", FormatAge(silent));
+    return fmt::format("no request has come for {}: does the master still poll?",
+                       FormatAge(silent));
   if (master.damaged == 0) {
-    return fmt::format("no byte received for {}: does the master poll, and are A and B swapped?",
+    return fmt::format("no byte has come for {}: does the master poll, and are A and B swapped?",
                        FormatAge(silent));
   }
-  return fmt::format("bytes arrive, but no complete request for {}: {} ({})", FormatAge(silent),
-                     kCheckWire, master.text);
+  return fmt::format("bytes arrive, but no complete request has come for {}: {} ({})",
+                     FormatAge(silent), kCheckWire, master.text);
 }
 
 std::uint64_t Answered(const modbus::RouteCounters& unit) { return unit.ok + unit.refused; }
@@ -50,7 +51,8 @@ Sentences DeadUnits(const modbus::RouteStatus& route) {
             ? "if no unit of " + route.target + " answers, check port, wiring, bit rate and parity"
             : fmt::format("{} works, because unit {} answers", route.target, good->first);
     found.push_back(
-        fmt::format("unit {} has never answered ({}: {}): check its power, address and wiring; {}",
+        fmt::format("unit {} has never answered ({}; last failure of the route: {}): check its "
+                    "power, address and wiring; {}",
                     number, Plural(unit.requests, "request"), route.last_trouble, right));
   }
   return found;

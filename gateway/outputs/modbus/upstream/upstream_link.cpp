@@ -109,7 +109,8 @@ void UpstreamConnection::Begin() {
 Status UpstreamConnection::Send(View frame) {
   asio::error_code error;
   const std::size_t count = socket_.write_some(asio::buffer(frame.data(), frame.size()), error);
-  if (error && error != asio::error::would_block) return Error{"is gone: " + error.message()};
+  if (error && error != asio::error::would_block)
+    return Error{"has lost the connection: " + error.message()};
   if (count < frame.size()) return Error{"takes no data"};
   return {};
 }
@@ -131,7 +132,7 @@ void UpstreamConnection::Read() {
       [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
         if (self->owner_ == nullptr) return;
         if (error == asio::error::eof) return self->owner_->OnBroken("closed the connection");
-        if (error) return self->owner_->OnBroken("is gone: " + error.message());
+        if (error) return self->owner_->OnBroken("has lost the connection: " + error.message());
         self->input_.Commit(count);
         self->TakeFrames();
       });

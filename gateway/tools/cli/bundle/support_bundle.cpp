@@ -181,7 +181,8 @@ class Bundle {
       if (configuration.is_object()) file_ = configuration.value("file", "");
       for (const Json& line : status.at("lines")) AddTrace(line.at("name").get<std::string>());
     } catch (const Json::exception&) {
-      Miss("the status as text, traces", "the gateway has another version than this program");
+      Miss("the status as text, traces",
+           "the gateway has another version than this program; restart or update the gateway");
     }
   }
 

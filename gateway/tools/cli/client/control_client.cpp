@@ -170,7 +170,7 @@ int ControlClient::process() const {
 
 std::string ControlClient::WhyNotBelieved(bool is_given) const {
   const auto listener = ListenerOf(descriptor_);
-  if (!listener) return path_ + ": the system does not show which user listens at this socket";
+  if (!listener) return path_ + " is not used: the system does not show which user listens there";
   return control::WhyNotBelieved(path_, listener->uid, is_given);
 }
 
@@ -203,7 +203,7 @@ int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
     const bool is_silent = got == ControlClient::Got::timeout;
     err << "baudgate: the gateway at " << client.path() << " did not answer"
         << (is_silent ? " in time; " + CureOfSilence(client.process())
-                      : "; it has closed the connection")
+                      : ", but closed the connection; check with: systemctl status baudgate")
         << '\n';
     return kNoDaemon;
   }

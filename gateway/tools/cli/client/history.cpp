@@ -230,7 +230,8 @@ int RunBilling(const HistoryOptions& options, std::ostream& out, std::ostream& e
   }
   const BillingRows& rows = reader.rows();
   if (rows.empty()) {
-    (options.json || options.csv ? err : out) << "no billing readings are stored for that time\n";
+    (options.json || options.csv ? err : out)
+        << "no billing readings are stored for the requested time\n";
   }
   if (options.json) {
     PrintJson(rows, options, out);
@@ -374,7 +375,9 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
     if (oldest == nullptr) {
       printer.Flush();
       if (TellUnread(streams, err)) return kExitCanNot;
-      if (!any) (options.json || options.csv ? err : out) << "no values are stored for that time\n";
+      if (!any)
+        (options.json || options.csv ? err : out)
+            << "no values are stored for the requested time\n";
       return 0;
     }
     const Json* record = nullptr;

@@ -65,7 +65,8 @@ int RunOffer(const ReleaseOptions& options, std::ostream& out, std::ostream& err
     }
     if (trouble.empty()) break;
     if (ReadClocks().instant < until) continue;
-    err << "baudgate: " << options.line << ": no client can connect at " << at << ": " << trouble
+    err << "baudgate: " << options.line
+        << ": the port was not lent, because no client can connect at " << at << ": " << trouble
         << '\n';
     Ask(options.socket, {{"command", "take_back"}, {"target", options.line}}, answer, err);
     return kNotClosed;
@@ -87,7 +88,7 @@ int TakeBack(const ReleaseOptions& options, std::ostream& out, std::ostream& err
   }
   const Seen seen = WaitFor(options, false, err);
   if (seen.code != 0) return seen.code;
-  out << options.line << ": taken back; the port is " << seen.state
+  out << options.line << ": the port was taken back, and is now " << seen.state
       << (seen.text.empty() ? "" : ": " + seen.text) << '\n';
   return 0;
 }

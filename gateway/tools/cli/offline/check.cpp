@@ -154,8 +154,9 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   PrintWeb(config, out);
   if (records::NeedsState(config, catalog)) {
     out << "state " << StateFolderOf(records::StatePlaces::Here(config.state), config.name).string()
-        << (records::CanWrite(config) ? ": data learned from devices, and every write\n"
-                                      : ": data learned from devices\n");
+        << (records::CanWrite(config)
+                ? ": the folder stores data learned from devices, and a record of every write\n"
+                : ": the folder stores data learned from devices\n");
     PrintEvents(config, out);
     PrintOfMeters(config, out);
     PrintHistory(config, out);

@@ -1,4 +1,4 @@
-// `baudgate check`: prints the problems of a configuration, or a summary of it.
+// `baudgate check`: prints the problems of a configuration and, if it has no errors, a summary.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

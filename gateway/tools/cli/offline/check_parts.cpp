@@ -45,7 +45,7 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
   if (names.empty()) return;
   const auto folder = records::EventsFolderOf(config);
   out << "events of " << names;
-  if (!folder.empty()) out << ", and every write, in " << folder.string();
+  if (!folder.empty()) out << ", and a record of every write, in " << folder.string();
   out << '\n';
 }
 

@@ -72,7 +72,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   }
   if (marked.mark != '>' && marked.mark != '<') return {};
   const auto hex = diagnosis::ParseMaskedHex(marked.rest);
-  if (!hex) return Error{"the text after '>' or '<' is not hex bytes"};
+  if (!hex) return Error{"the text after '>' or '<' is not hex; write two digits for each byte"};
   const bool continues =
       !captures.empty() && !captures.back().ended && Continues(captures.back(), marked);
   if (marked.mark == '>') {
@@ -272,10 +272,9 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
       // A trace can begin in the middle of an exchange. Bytes without a request are then skipped.
       if (speaker == nullptr && !capture.time.empty()) continue;
       if (speaker == nullptr) {
-        return fail(
-            kExitUsage,
-            "line " + std::to_string(capture.line) +
-                ": the reply has no request (\"> hex\") before it, and no device sends by itself");
+        return fail(kExitUsage, "line " + std::to_string(capture.line) +
+                                    ": the reply has no request (\"> hex\") before it, and devices "
+                                    "of this protocol send nothing by themselves");
       }
       any = true;
       if (capture.reply_masked) continue;

@@ -389,7 +389,7 @@ int RunCheckProfile(const CheckProfileOptions& options, const config::Catalog& c
     judged = Judge(*text, options.file, **protocol, catalog);
   }
   if (judged.protocol == nullptr) {
-    err << "baudgate: no protocol is installed\n";
+    err << "baudgate: no protocol is installed; install the package again\n";
     return kExitCanNot;
   }
   if (judged.loaded.ok()) AddDoubts(judged);

@@ -165,7 +165,8 @@ class ListReader {
     for (std::size_t i = 1; i < csv.rows.size(); ++i) {
       if (HasItsColumns(csv.rows[i])) ReadRow(csv.rows[i]);
     }
-    if (csv.rows.size() == 1) Error(csv.rows.front().line, "no row follows the header");
+    if (csv.rows.size() == 1)
+      Error(csv.rows.front().line, "no row follows the header; add one row for each point");
     if (lowest_) {
       list_.numbers = std::to_string(*lowest_);
       if (highest_ != *lowest_) list_.numbers += "…" + std::to_string(highest_);
@@ -185,7 +186,8 @@ class ListReader {
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
       const auto column = ColumnNamed(row.cells[i]);
       if (column && !columns_.emplace(*column, i).second) {
-        Error(row.line, "column " + Quoted(row.cells[i]) + " occurs twice, or under two names");
+        Error(row.line, "column " + Quoted(row.cells[i]) +
+                            " occurs twice, or under two names; remove one of the two columns");
       }
       if (!column && !row.cells[i].empty()) {
         list_.warnings.push_back(file_ + ":" + std::to_string(row.line) + ": column " +
@@ -351,7 +353,7 @@ class ListReader {
     }
     if (!place->table.empty() && !column.empty() && place->table != column) {
       return Error(row.line, "register " + Quoted(given) + " is of table " + place->table +
-                                 ", but the column 'table' says " + column);
+                                 ", but column 'table' has " + column + "; correct one of the two");
     }
     point.address = place->address;
     point.table = !place->table.empty() ? place->table : column;
@@ -417,7 +419,8 @@ class ListReader {
     const bool number =
         point.form != "bool" && !point.form.starts_with("string") && !IsTimeForm(point.form);
     if (point.scale != 1 && !number) {
-      return Error(row.line, "scale: only numbers have a scale, and the type is " + point.form);
+      return Error(row.line, "scale: only numbers can have a scale, but the type is " + point.form +
+                                 "; leave the cell empty");
     }
     point.type = TypeOf(point.form, point.scale);
     point.registers = point.form == "bool" ? 1 : RegistersOf(point.type);

@@ -11,14 +11,19 @@
 #include <cstdio>
 #include <cstring>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "config/loader.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/system_trouble.h"
 #include "gateway/base/text.h"
 #include "gateway/base/time.h"
 #include "gateway/base/whole_file.h"
 #include "gateway/outputs/users/user_file.h"
+#include "gateway/records/audit/security_journal.h"
+#include "gateway/records/disk/state_folder.h"
+#include "gateway/tools/cli/offline/check.h"
 
 namespace baudgate::tools {
 namespace {
@@ -82,8 +87,8 @@ bool Write(const users::UserFile& users, const std::string& file, std::ostream& 
   const group* const service = existed ? nullptr : ::getgrnam("baudgate");
   const gid_t gid = existed ? before.st_gid : service != nullptr ? service->gr_gid : ::getegid();
   if (gid != ::getegid() && ::chown(file.c_str(), static_cast<uid_t>(-1), gid) != 0) {
-    err << "users: the gateway may not be able to read " << file
-        << "; run: sudo chgrp baudgate " << file << '\n';
+    err << "users: the gateway may not be able to read " << file << "; run: sudo chgrp baudgate "
+        << file << '\n';
   }
   return true;
 }
@@ -91,7 +96,8 @@ bool Write(const users::UserFile& users, const std::string& file, std::ostream& 
 void Print(const users::UserFile& users, std::ostream& out) {
   std::size_t width = 4;
   for (const users::User& user : users.users()) width = std::max(width, user.name.size());
-  out << fmt::format("{:<{}}  {:<8}  {:<8}  tokens valid until\n", "user", width, "role", "password");
+  out << fmt::format("{:<{}}  {:<8}  {:<8}  tokens valid until\n", "user", width, "role",
+                     "password");
   for (const users::User& user : users.users()) {
     std::string until;
     for (const users::Token& token : users.tokens()) {
@@ -120,10 +126,11 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
       return kExitDone;
     case What::remove:
       if (!users->Remove(options.name)) {
-        err << "users: there is no user " << Quoted(options.name) << " in " << options.file << '\n';
+        err << "users: there is no user " << Quoted(options.name) << " in " << options.file
+            << "; 'baudgate users list' lists the users\n";
         return kExitUsage;
       }
-      done = fmt::format("removed {} and its tokens", options.name);
+      done = fmt::format("the user {} and the tokens of this user were removed", options.name);
       break;
     case What::token: {
       const auto until = now + std::chrono::hours(24) * options.days;
@@ -151,7 +158,7 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
         err << "users: " << status.error() << '\n';
         return kExitUsage;
       }
-      done = fmt::format("{} is {}", options.name, options.role);
+      done = fmt::format("{} has the role {}", options.name, options.role);
       break;
     }
   }
@@ -159,6 +166,44 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
   if (!Write(*users, options.file, err)) return kExitCanNot;
   out << done << '\n';
   return kExitDone;
+}
+
+int RunAudit(const JournalOptions& options, const config::Catalog& catalog, std::ostream& out,
+             std::ostream& err) {
+  const config::Loaded loaded = config::LoadFile(options.config, catalog);
+  if (!loaded.ok()) {
+    PrintProblems(loaded.problems, err);
+    return kExitBadConfiguration;
+  }
+  const auto folder =
+      records::StateFolderOf(records::StatePlaces::Here(loaded.config.state), loaded.config.name);
+  const auto check = audit::VerifyJournal(folder);
+  if (!check) {
+    err << "audit: " << check.error() << '\n';
+    return kExitCanNot;
+  }
+  for (const audit::JournalRow& row : check->rows) {
+    if (options.verify) break;
+    const audit::SecurityEvent& event = row.event;
+    if (options.json) {
+      out << nlohmann::ordered_json{{"n", row.number},       {"time", row.time},
+                                    {"kind", event.kind},    {"who", event.who},
+                                    {"from", event.from},    {"what", event.what},
+                                    {"result", event.result}}
+                 .dump()
+          << '\n';
+    } else {
+      out << fmt::format("{:>6}  {}  {:<8} {}{}  {}: {}\n", row.number, row.time, event.kind,
+                         event.who, event.from.empty() ? "" : " from " + event.from, event.what,
+                         event.result);
+    }
+  }
+  for (const std::string& fault : check->faults) err << "audit: " << fault << '\n';
+  if (options.verify && check->faults.empty()) {
+    out << fmt::format("{} rows, none was changed; the hash of the last row is {}\n",
+                       check->rows.size(), check->last_hash);
+  }
+  return check->faults.empty() ? kExitDone : 1;
 }
 
 }  // namespace baudgate::tools

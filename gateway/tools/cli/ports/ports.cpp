@@ -209,7 +209,7 @@ bool MayUse(const Person& person, const PortFile& file) {
 std::string HowToMend(const Person& person, const PortFile& file) {
   const std::string who =
       person.is_service ? "the service (user baudgate)" : "you (" + person.name + ")";
-  const std::string head = fmt::format("{} may not open {}: ", who, file.path);
+  const std::string head = fmt::format("{} may not open {}; run: ", who, file.path);
   if (!transports::IsGroupForPorts(file.group, file.mode))
     return head + transports::HowToGive(file.path);
   if (person.is_service) {

@@ -99,7 +99,10 @@ Result<std::unique_ptr<PortWire>> PortWire::Open(const std::string& port,
   while (!wire->opened_ && !wire->is_broken() && wire->Now() < until) wire->RunUntil(until);
   if (wire->opened_) return wire;
   if (!wire->lost_.empty()) return Error{wire->lost_};
-  return Error{wire->stopped_ ? "stopped" : port + " did not open within 10s"};
+  return Error{
+      wire->stopped_
+          ? "stopped"
+          : port + " did not open within 10s; check that its driver or serial server answers"};
 }
 
 void PortWire::OnBytes(View bytes) {

@@ -60,11 +60,13 @@ WriteReport SocketWriter::Write(const std::string& point, const std::string& val
   std::string line;
   if (client->ReadLine(line, ReadClocks().instant + kWaitForAnswer) !=
       tools::ControlClient::Got::line) {
-    return {"unknown", "the gateway at " + client->path() + " did not answer"};
+    return {"unknown", "the gateway at " + client->path() +
+                           " did not answer; check with: systemctl status baudgate"};
   }
   const Json answer = Json::parse(line, nullptr, false);
   if (!answer.is_object())
-    return {"unknown", "the program that answers at " + client->path() + " is no gateway"};
+    return {"unknown", "the program that answers at " + client->path() +
+                           " is no gateway; name the socket of the gateway with --socket PATH"};
   if (answer.contains("error")) return {"denied", tools::TextOf(answer, "message")};
   WriteReport report{tools::TextOf(answer, "end"), tools::TextOf(answer, "reason")};
   report.read_back = answer.value("read_back", false);
@@ -82,11 +84,13 @@ std::optional<std::string> SocketWriter::WhyNot(const std::string& point,
   std::string line;
   if (client->ReadLine(line, ReadClocks().instant + kWaitForAnswer) !=
       tools::ControlClient::Got::line) {
-    return "the gateway at " + client->path() + " did not answer";
+    return "the gateway at " + client->path() +
+           " did not answer; check with: systemctl status baudgate";
   }
   const Json answer = Json::parse(line, nullptr, false);
   if (!answer.is_object())
-    return "the program that answers at " + client->path() + " is no gateway";
+    return "the program that answers at " + client->path() +
+           " is no gateway; name the socket of the gateway with --socket PATH";
   if (answer.value("may_write", false)) return std::nullopt;
   return tools::TextOf(answer, answer.contains("error") ? "message" : "reason");
 }
@@ -169,11 +173,12 @@ int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostr
   if (unknown == 0 && !sheet.designation.empty()) return 0;
   if (unknown > 0) {
     err << "baudgate: " << options.target << ": " << Count(static_cast<std::size_t>(unknown))
-        << " of " << sheet.settings.size() << " without a value now; the file shows the reasons\n";
+        << " of " << sheet.settings.size() << " got no value; the file shows the reasons\n";
   }
   if (sheet.designation.empty()) {
     err << "baudgate: " << options.target
-        << " has not sent its designation, so the file cannot be compared or restored\n";
+        << " has not sent its designation, so the file cannot be compared or restored; dump the "
+           "settings again\n";
   }
   return kDiffers;
 }
@@ -216,8 +221,9 @@ Result<Plan> PlanOf(const Comparison& comparison) {
   for (const Difference& one : comparison.different) {
     if (!one.now->writable) continue;
     if (ParseDecimal(*one.now->value) && !ParseDecimal(*one.filed->value)) {
-      return Error{
-          config::ToString({one.filed->mark, "value: '" + *one.filed->value + "' is no number"})};
+      return Error{config::ToString(
+          {one.filed->mark, "value: '" + *one.filed->value +
+                                "' is no number, but this setting is a number; correct the file"})};
     }
     plan.push_back(one);
   }
@@ -343,7 +349,8 @@ void PrintPlan(const Comparison& comparison, const Plan& plan, const Denials& de
   for (const auto& [point, why] : denials) denied.insert(point);
   if (!comparison.different.empty()) PrintTable(comparison.different, denied, out);
   if (file.target() != now.target() || file.gateway != now.gateway) {
-    out << "The file was read from " << file.target() << " of gateway " << file.gateway << ".\n";
+    out << "The settings in the file are from " << file.target() << " of gateway " << file.gateway
+        << ".\n";
   }
   const std::size_t fixed = comparison.different.size() - plan.size();
   if (fixed > 0) {

@@ -173,7 +173,8 @@ Result<Sheet> ReadSheet(const std::string& path) {
         sheet.settings.push_back(ReadSetting(node, problems));
         const Setting& setting = sheet.settings.back();
         if (!names.insert(setting.point).second) {
-          problems.Error(setting.mark, "'" + setting.point + "' is in the file twice");
+          problems.Error(setting.mark,
+                         "'" + setting.point + "' is in the file twice; remove one of the two");
         }
       }
     }
@@ -218,7 +219,8 @@ Status CheckFit(const Sheet& file, const Sheet& now) {
   if (file.protocol != now.protocol || file.profile != now.profile) {
     return Wrong(file.mark, "this file is of a " + file.protocol + " device with profile " +
                                 quoted(file.profile) + ", but " + now.target() + " is a " +
-                                now.protocol + " device with profile " + quoted(now.profile));
+                                now.protocol + " device with profile " + quoted(now.profile) +
+                                "; choose the file of this device");
   }
   if (file.designation.empty()) {
     return Wrong(file.mark,
@@ -234,16 +236,19 @@ Status CheckFit(const Sheet& file, const Sheet& now) {
   }
   if (config::SpokenName(file.designation) != config::SpokenName(now.designation)) {
     return Wrong(file.mark, "this file is of a " + quoted(file.designation) + ", but " +
-                                now.target() + " is a " + quoted(now.designation));
+                                now.target() + " is a " + quoted(now.designation) +
+                                "; choose the file of this device");
   }
   for (const Setting& filed : file.settings) {
     const Setting* const here = now.Find(filed.point);
     if (here == nullptr) {
-      return Wrong(filed.mark, now.target() + " has no setting " + quoted(filed.point));
+      return Wrong(filed.mark, now.target() + " has no setting " + quoted(filed.point) +
+                                   "; remove this row from the file");
     }
     if (here->item != filed.item) {
       return Wrong(filed.mark, quoted(filed.point) + " is item " + filed.item +
-                                   " in this file, but item " + here->item + " of " + now.target());
+                                   " in this file, but item " + here->item + " of " + now.target() +
+                                   "; dump the settings again");
     }
     if (here->unit != filed.unit || !IsNear(here->scale, filed.scale)) {
       return Wrong(

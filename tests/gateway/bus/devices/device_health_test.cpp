@@ -300,7 +300,7 @@ TEST_F(DeviceStatesTest, ADisabledDeviceIsTakenIntoUse) {
 }
 
 TEST_F(DeviceStatesTest, ARemarkIsWarnedOfButNotReportedAsTrouble) {
-  const std::string wrong = "type 0D, the profile says 08";
+  const std::string wrong = "type 0D, the profile has 08";
   const std::string remark = "gives no events";
   struct Row {
     protocols::DeviceTrouble says;
@@ -309,7 +309,7 @@ TEST_F(DeviceStatesTest, ARemarkIsWarnedOfButNotReportedAsTrouble) {
   };
   const Row rows[] = {
       {{Reason::none, remark}, {}, {remark}},
-      {{Reason::none, ""}, {}, {"no longer so: " + remark}},
+      {{Reason::none, ""}, {}, {"this is no longer so: " + remark}},
       {{Reason::other_module, wrong}, {wrong}, {wrong}},
       {{Reason::other_module, wrong}, {}, {}},
       {{Reason::none, remark}, {"over: "}, {"the configured device answers again; " + remark}},

@@ -63,7 +63,8 @@ TEST_F(PollerWriteEnd, AConfirmedWriteWithAnotherValueReadBackDiffers) {
   line_.RunFor(300ms);
   ASSERT_EQ(results_.size(), 1U);
   EXPECT_EQ(results_[0].end, WriteEnd::differs);
-  EXPECT_EQ(results_[0].reason, "p1 shows 0 after 42.5 was written and confirmed");
+  EXPECT_EQ(results_[0].reason,
+            "p1 shows 0, although the device has confirmed that 42.5 was written");
   EXPECT_EQ(Count(WriteEnd::differs), 1U);
   EXPECT_EQ(line_.ValueOf(0, 0), Value(0.0)) << "the store shows what is";
 }

@@ -49,10 +49,12 @@ TEST_F(DiagnoseTest, ABusWithoutEchoIsNotReportedAsAnOpenRing) {
                           "or the bus does not echo (set 'echo: off' at the line)"));
   Looked(device(), Symptom::odd, 9);
   device().state = neighbour_.status.state = bus::DeviceState::offline;
-  EXPECT_THAT(SayOfLine(),
-              ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
-                          "echo: verify). Close the ring (a loose fibre, a device without power), "
-                          "or set 'echo: off' for a bus without echo"));
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre(
+          "none of its 2 devices answers, and requests do not come back as an "
+          "echo (90 times, echo: verify). Close the ring (a loose fibre, a device without power), "
+          "or set 'echo: off' for a bus without echo"));
 }
 
 TEST_F(DiagnoseTest, EachTroubleOfALineHasItsSentence) {
@@ -141,8 +143,8 @@ TEST_F(DiagnoseTest, AConnectionThatEndsInsideRepliesIsReported) {
   NeverAnswered();
   Looked(device(), Symptom::tail_lost, 3);
   const auto says = ElementsAre(
-      "the server closes the connection inside replies. Check the server and the device behind it "
-      "(firmware, limits)");
+      "the server closes the connection in the middle of replies. Check the server and the device "
+      "behind it (firmware, limits)");
   EXPECT_THAT(SayOfLine(), says);
   line_.port = bus::LineStatus::Port::closed;
   EXPECT_THAT(SayOfLine(), says);
@@ -212,10 +214,10 @@ TEST_F(DiagnoseTest, APortThatTakesNoDataIsReported) {
   line_.takes_no_data = true;
   const auto say = [this] { return SayOfLine()[0]; };
   using ::testing::EndsWith;
-  EXPECT_THAT(say(), EndsWith("in the last hour, as it takes no data. Unplug the adapter and plug "
-                              "it in again, or restart the device behind it"));
+  EXPECT_THAT(say(), EndsWith("in the last hour, because it takes no data. Unplug the adapter and "
+                              "plug it in again, or restart the device behind it"));
   config_.lines[0].serial.xonxoff = true;
-  EXPECT_THAT(say(), EndsWith("XOFF came and no XON since. Switch XON/XOFF off at both ends"));
+  EXPECT_THAT(say(), EndsWith("XOFF came, and no XON after it. Switch XON/XOFF off at both ends"));
   config_.lines[0].serial.rtscts = true;
   EXPECT_THAT(say(), EndsWith("Check that the CTS line of the device is connected and active"));
 }
@@ -266,8 +268,8 @@ TEST_F(DiagnoseTest, AnOpenRingIsReportedForTheLineNotItsDevices) {
   line_.collisions = 40;
   EXPECT_THAT(
       SayOfLine(),
-      ElementsAre("the ring has been open since 14:10:20 UTC, because requests no longer come "
-                  "back. Look for a loose or broken fibre, or a device on the ring without power"));
+      ElementsAre("the ring has been open since 14:10:20 UTC: requests no longer come back as an "
+                  "echo. Look for a loose or broken fibre, or a device on the ring without power"));
   device().state = bus::DeviceState::offline;
   EXPECT_THAT(Say(), ElementsAre("cannot be reached, because the ring of line 'bay-1' is open. "
                                  "Close the ring first: the device itself may be well"));
@@ -319,14 +321,14 @@ TEST_F(MissedTest, ALongConfiguredQuietTimeIsNamed) {
   EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("Lower timing.quiet (400ms)")));
   device().timing.quiet = 30ms;
   EXPECT_THAT(SayOfLine(),
-              ElementsAre(::testing::HasSubstr("Poll less often (poll), ask for fewer points")));
+              ElementsAre(::testing::HasSubstr("Poll less often (poll), or ask for fewer points")));
 }
 
 TEST_F(MissedTest, TheDeviceThatUsesMostOfTheTimeIsNamed) {
   Minute().served = kWatched / 5;
   Neighbours().served = kWatched * 3 / 4;
   const std::string cause =
-      "75 % of the line's time, 348 ms an exchange. Poll it less often (poll), or ask for fewer "
+      "75 % of the line's time, 348 ms per exchange. Poll it less often (poll), or ask for fewer "
       "points";
   EXPECT_THAT(SayOfLine(), ElementsAre("polls are missed: feeder-1 takes " + cause));
   EXPECT_THAT(Say(), ElementsAre(missed_ + "feeder-1 takes " + cause));

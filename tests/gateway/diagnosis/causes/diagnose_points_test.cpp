@@ -232,16 +232,19 @@ TEST_F(DiagnoseTest, NumbersReadOneRegisterTooFarNameTheAddresses) {
     its.points[i].offset = 0;
     record_.points[i].value = static_cast<double>(std::bit_cast<float>(read[i]));
   }
-  EXPECT_THAT(Say()[0],
-              ::testing::EndsWith(
-                  "Correct their addresses: one register lower (or higher) gives usual numbers"));
+  EXPECT_THAT(
+      Say()[0],
+      ::testing::EndsWith(
+          "Correct their addresses: one register lower (or higher) gives plausible numbers"));
   // Another value follows. Now order and address explain the numbers equally well.
   record_.points[2].value = static_cast<double>(std::bit_cast<float>(0x00004220U));
   EXPECT_THAT(Say()[0], ::testing::EndsWith(
                             "Set order: CDAB, or correct their addresses by one register; compare "
-                            "with its display, because either change gives usual numbers"));
+                            "with its display, because either change gives plausible numbers"));
   its.options.Set("order", std::string("CDAB"));
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("Take order: CDAB out, or correct their addresses"));
+  EXPECT_THAT(Say()[0],
+              ::testing::HasSubstr(
+                  "Remove order: CDAB from the configuration, or correct their addresses"));
   its.options.Set("order", std::string("ABCD"));
   record_.points[2].value = {};
   record_.points[2].reported = {Quality::bad_configuration, Reason::not_fitted};
@@ -287,7 +290,7 @@ TEST_F(DiagnoseTest, AMissingOptionalPointIsReportedAsUsual) {
     std::string says;
   } rows[] = {
       {{Quality::bad_sensor_failure, Reason::sentinel}, "usual where nothing is measured"},
-      {{Quality::bad_configuration, Reason::not_fitted}, "usual for what is not fitted"},
+      {{Quality::bad_configuration, Reason::not_fitted}, "usual if the device lacks them"},
       {{Quality::bad_out_of_service, Reason::channel_disabled}, "usual where nothing is measured"},
   };
   for (const auto& row : rows) {
@@ -335,9 +338,10 @@ TEST_F(DiagnoseTest, PointsInDoubtAreNotBlamedOnTheDevice) {
     point.reported = Quality::good;
   }
   record_.points[0].at_best = Quality::uncertain;
-  EXPECT_THAT(Say(), ElementsAre("1 of 2 points are in doubt until the next read, because the port "
-                                 "was reopened, the device was away, or a reply may belong to "
-                                 "another request"));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre("1 of 2 points are uncertain until the next read, because the port was reopened, "
+                  "the device was away, or a reply may belong to another request"));
   record_.points[0].at_best = Quality::uncertain_last_usable;
   EXPECT_THAT(Say(),
               ElementsAre(::testing::HasSubstr("1 of 2 points are older than their max_age")));

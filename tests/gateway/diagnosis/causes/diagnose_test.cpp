@@ -259,12 +259,12 @@ TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesIsBlamedOnTheConverter) {
                   "packet of the radio or serial server, or the automatic output of a device"));
   Looked(device(), Symptom::text_beside, 32, {.cause = "'OK'"});
   EXPECT_THAT(SayOfLine(), IsEmpty());
-  EXPECT_THAT(Say(), ElementsAre("the same text stands around its replies ('OK'). Set the modem, "
+  EXPECT_THAT(Say(), ElementsAre("the same text comes around its replies ('OK'). Set the modem, "
                                  "radio or serial server in between to raw"));
   for (int i = 0; i < 32; ++i) {
     Looked(device(), Symptom::text_beside, 1, {.cause = i % 2 == 0 ? "'+IPD,7:'" : "'+IPD,13:'"});
   }
-  EXPECT_THAT(Say()[0], ::testing::StartsWith("text stands around its replies ('+IPD,13:'). Set"));
+  EXPECT_THAT(Say()[0], ::testing::StartsWith("text comes around its replies ('+IPD,13:'). Set"));
   const std::string server = std::exchange(config_.lines[0].port, "/dev/ttyUSB0");
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("('+IPD,13:'). Switch its automatic output off, or"));
   config_.lines[0].port = server;
@@ -281,15 +281,15 @@ TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesIsBlamedOnTheConverter) {
 TEST_F(DiagnoseTest, BytesBesideGoodRepliesAreReported) {
   Looked(device(), Symptom::noise_before, 4);
   EXPECT_THAT(Say(),
-              ElementsAre("stray bytes stand before its replies in 4 of 32 exchanges. Noise comes "
+              ElementsAre("stray bytes come before its replies in 4 of 32 exchanges. Noise comes "
                           "while no device drives the bus: check bias, termination and ground"));
   Looked(device(), Symptom::few_beside, 20, {.cause = "10 02 ... 10 03"});
-  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("stray bytes stand before its replies")))
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("stray bytes come before its replies")))
       << "a packet stands around each";
   Looked(device(), Symptom::few_beside, 10, {.cause = "10 02 ... 10 03"});
-  EXPECT_THAT(Say(), ElementsAre("the same bytes stand around its replies (10 02 ... 10 03). Set "
-                                 "the modem, radio or serial server in between to raw, or "
-                                 "terminate the bus"));
+  EXPECT_THAT(Say(),
+              ElementsAre("the same bytes come around its replies (10 02 ... 10 03). Set the "
+                          "modem, radio or serial server in between to raw, or terminate the bus"));
   Looked(device(), Symptom::copies, 32);
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("its replies come twice in 32 of 32")));
   Looked(device(), Symptom::others_beside, 1);
@@ -356,9 +356,8 @@ TEST_F(DiagnoseTest, AnUnsetClockIsReported) {
 TEST_F(DiagnoseTest, ADegradedDeviceReportsItsLastTrouble) {
   device().state = bus::DeviceState::degraded;
   Ended(Outcome::corrupt, 1, "checksum 3A is not 74");
-  EXPECT_THAT(
-      Say(), ElementsAre(
-                 "degraded: several of its last 32 exchanges failed; last: checksum 3A is not 74"));
+  EXPECT_THAT(Say(), ElementsAre("degraded: several of its last 32 exchanges failed; last failure: "
+                                 "checksum 3A is not 74"));
 }
 
 TEST(Reason, IsShortened) {

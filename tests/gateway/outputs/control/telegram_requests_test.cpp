@@ -325,8 +325,9 @@ TEST_F(PointRequestsTest, ARepeatedRequestIsNotWrittenTwice) {
   EXPECT_THAT(Write("setting", "8", night), HasSubstr("this seq for another request"));
   EXPECT_THAT(Write("trip", "on", R"(,"client":"night","seq":8)"), HasSubstr("\"needs\""));
   EXPECT_THAT(Write("setting", "7", R"(,"client":"night")"),
-              HasSubstr("'client' and 'seq' or neither"));
-  EXPECT_THAT(Write("setting", "7", R"(,"seq":9)"), HasSubstr("'client' and 'seq' or neither"));
+              HasSubstr("both 'client' and 'seq', or neither"));
+  EXPECT_THAT(Write("setting", "7", R"(,"seq":9)"),
+              HasSubstr("both 'client' and 'seq', or neither"));
   EXPECT_THAT(lines_.calls(), ElementsAre("user:anna writes 0=7 of device 2",
                                           HasSubstr("user:anna may not write true")));
 }
@@ -351,13 +352,14 @@ TEST_F(PointRequestsTest, MayWriteChecksAWriteWithoutSendingIt) {
   EXPECT_THAT(may("setting", "11"),
               HasSubstr(R"({"may_write":false,"reason":"'setting': 11 is above)"));
   EXPECT_EQ(may("trip", "on"), R"({"may_write":true,"reason":""})") << "as if it were confirmed";
-  EXPECT_THAT(may("setting", "seven"), HasSubstr("is not a value of 'setting', a number"));
+  EXPECT_THAT(may("setting", "seven"), HasSubstr("is not a value of 'setting', which is a number"));
   EXPECT_THAT(may("nothing", "7"), HasSubstr("setting, trip"));
   EXPECT_THAT(lines_.calls(), IsEmpty());
 }
 
 TEST_F(PointRequestsTest, AnUnknownPointOrInvalidValueIsAnError) {
-  EXPECT_THAT(Write("setting", "seven"), HasSubstr("is not a value of 'setting', a number"));
+  EXPECT_THAT(Write("setting", "seven"),
+              HasSubstr("is not a value of 'setting', which is a number"));
   EXPECT_THAT(Write("settin", "7"), HasSubstr("did you mean 'setting'?"));
   EXPECT_THAT(Ask(R"({"command":"write","target":"io.ai-1","value":"7"})"),
               HasSubstr("name a point: io.ai-1.POINT; its points: setting, trip"));

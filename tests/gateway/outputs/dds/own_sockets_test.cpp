@@ -173,7 +173,7 @@ TEST(InterfaceWatch, ExplainsWhyAnInterfaceIsUnused) {
   EXPECT_EQ(WhyUnused(own, "10.0.0.5"), std::nullopt);
   EXPECT_EQ(WhyUnused(own, "127.0.0.7"), std::nullopt);
   EXPECT_EQ(WhyUnused(own, "10.3.0.5"), "its interface is down or unplugged");
-  EXPECT_EQ(WhyUnused(own, "10.4.0.5"), "no interface of this machine has it now");
+  EXPECT_EQ(WhyUnused(own, "10.4.0.5"), "no interface of this machine has this address now");
 }
 
 }  // namespace

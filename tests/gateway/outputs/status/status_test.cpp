@@ -205,7 +205,7 @@ TEST(FilesJson, ReportsExhaustedDescriptorsAndUnwritableFiles) {
   const Json none = FilesJson({.open = 253, .limit = 256, .troubles = {"cannot write x"}});
   ASSERT_EQ(none["advice"].size(), 2U);
   EXPECT_EQ(none["advice"][0],
-            "253 of at most 256 files are open, and opening another file fails: too many open "
+            "253 of at most 256 files are open, so opening another file may fail: too many open "
             "files; raise LimitNOFILE of the service (ulimit -Hn)");
   EXPECT_EQ(none["advice"][1], "cannot write x");
 }

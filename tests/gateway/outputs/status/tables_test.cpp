@@ -50,9 +50,9 @@ TEST(Tables, TheJsonIsBuiltFromTheRows) {
 }
 
 TEST(Tables, EachKeyIsUniqueAndDocumented) {
-  EXPECT_THAT(TroublesOfKeys<bus::LineStatus>("of a line"), IsEmpty());
-  EXPECT_THAT(TroublesOfKeys<bus::DeviceStatus>("of a device"), IsEmpty());
-  EXPECT_THAT(TroublesOfKeys<bus::MinuteCounts>("of a device"), IsEmpty());
+  EXPECT_THAT(TroublesOfKeys<bus::LineStatus>("field of a line"), IsEmpty());
+  EXPECT_THAT(TroublesOfKeys<bus::DeviceStatus>("field of a device"), IsEmpty());
+  EXPECT_THAT(TroublesOfKeys<bus::MinuteCounts>("field of a device"), IsEmpty());
 }
 
 /// Users rely on the order of the keys, so the order is tested.

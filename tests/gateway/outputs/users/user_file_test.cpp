@@ -37,7 +37,7 @@ TEST(Roles, MayDoWhatTheirTableSays) {
   for (const auto& [role, may] : kRows) {
     for (std::size_t act = 0; act < may.size(); ++act) {
       EXPECT_EQ(May(role, static_cast<Act>(act)), may[act]) << Name(role) << ' ' << act;
-      if (may[act]) EXPECT_TRUE(May(NeededFor(static_cast<Act>(act)), static_cast<Act>(act)));
+      EXPECT_TRUE(May(NeededFor(static_cast<Act>(act)), static_cast<Act>(act)));
     }
     EXPECT_EQ(RoleNamed(Name(role)), role);
   }
@@ -158,7 +158,8 @@ TEST_F(UserDirectoryTest, AFileThatOthersCanReadOrChangeIsNotUsed) {
   ::chmod(path_.c_str(), 0660);
   UserDirectory other;
   other.SetFile(path_.string());
-  if (::getegid() != 0) EXPECT_THAT(other.Trouble(), HasSubstr("chmod go-w"));
+  // The group root may write, because its members are trusted.
+  EXPECT_EQ(other.Trouble().empty(), ::getegid() == 0);
   fs::remove(path_);
   UserDirectory absent;
   absent.SetFile(path_.string());
@@ -167,7 +168,10 @@ TEST_F(UserDirectoryTest, AFileThatOthersCanReadOrChangeIsNotUsed) {
 }
 
 TEST_F(UserDirectoryTest, TheCommandAddsListsAndRemovesUsers) {
-  EXPECT_EQ(Run({.what = What::add, .file = {}, .name = "anna", .role = "operator"}, "correct horse\n").code, 0);
+  EXPECT_EQ(
+      Run({.what = What::add, .file = {}, .name = "anna", .role = "operator"}, "correct horse\n")
+          .code,
+      0);
   const Ran token = Run({.what = What::token, .file = {}, .name = "anna"});
   EXPECT_EQ(token.code, 0);
   EXPECT_THAT(token.out, SizeIs(65)) << "the token alone is on the standard output";

@@ -347,6 +347,16 @@ TEST(TokenFile, MustBeReadableByItsOwnerOnly) {
     }
   }
   EXPECT_THAT(ReadToken(form).error(), HasSubstr("not a regular file"));
+  const std::string credential = std::string(config::kCredentials) + "token";
+  ::unsetenv("CREDENTIALS_DIRECTORY");
+  EXPECT_THAT(ReadToken(credential).error(), HasSubstr("LoadCredential=token:"));
+  ::setenv("CREDENTIALS_DIRECTORY", form.c_str(), 1);
+  std::ofstream(file, std::ios::trunc) << "0123456789abcdef";
+  ::chmod(file.c_str(), 0440);
+  EXPECT_TRUE(ReadToken(credential)) << "an ACL of systemd shows as group rights";
+  ::chmod(file.c_str(), 0444);
+  EXPECT_FALSE(ReadToken(credential));
+  ::unsetenv("CREDENTIALS_DIRECTORY");
   std::filesystem::remove_all(form);
 }
 

@@ -147,8 +147,8 @@ std::string PageOfMetrics() {
 TEST(Metrics, TheDocumentationHasTheNumberOfSeries) {
   EXPECT_THAT(
       PageOfMetrics(),
-      HasSubstr("Three a point, " + std::to_string(outputs::SeriesIn<bus::DeviceStatus>()) +
-                " a device, " + std::to_string(outputs::SeriesIn<bus::LineStatus>()) + " a line;"));
+      HasSubstr("each device " + std::to_string(outputs::SeriesIn<bus::DeviceStatus>()) +
+                ", each line " + std::to_string(outputs::SeriesIn<bus::LineStatus>()) + "."));
 }
 
 TEST_F(MetricsTest, AreAllDocumented) {

@@ -176,7 +176,7 @@ TEST_F(RecordServiceTest, AnIncompleteRecordIsNotStored) {
   Owe(412);
   for (int i = 1; i < RecordService::kTries; ++i) {
     Read(0, 1);
-    Answer({.reason = "not all requests for the new values were answered"});
+    Answer({.reason = "not all values of the record could be read"});
     Drain();
     EXPECT_THAT(kept_, IsEmpty());
     Hear(1s);
@@ -184,10 +184,10 @@ TEST_F(RecordServiceTest, AnIncompleteRecordIsNotStored) {
     Hear(RecordService::kAgain);
   }
   Read(0, 1);
-  Answer({.reason = "not all requests for the new values were answered"});
+  Answer({.reason = "not all values of the record could be read"});
   ASSERT_THAT(kept_, SizeIs(1));
   EXPECT_EQ(kept_[0].state, RecordState::not_read);
-  EXPECT_EQ(kept_[0].text, "not all requests for the new values were answered");
+  EXPECT_EQ(kept_[0].text, "not all values of the record could be read");
   EXPECT_THAT(kept_[0].values, IsEmpty());
 }
 
@@ -228,7 +228,7 @@ TEST_F(RecordServiceTest, AMissingItemOfTheDeviceIsNotAwaited) {
   Read(2, 0, {Quality::bad_configuration, Reason::not_fitted});
   Owe(412);
   Read(0, 5);
-  Answer({.reason = "not all requests for the new values were answered"});
+  Answer({.reason = "not all values of the record could be read"});
   Drain();
   ASSERT_THAT(kept_, SizeIs(1));
   EXPECT_EQ(kept_[0].state, RecordState::read);

@@ -399,7 +399,8 @@ TEST(TraceQueue, ANoteReplacesDroppedRecords) {
   EXPECT_EQ(taken.front().text, "0");
   EXPECT_EQ(taken[TraceQueue::kMostRecords - 1].text, std::to_string(TraceQueue::kMostRecords - 1));
   EXPECT_EQ(taken.back().kind, TraceRecord::Kind::note);
-  EXPECT_EQ(taken.back().text, "7 records were dropped: the reader is too slow");
+  EXPECT_EQ(taken.back().text,
+            "7 records were dropped, because the reader of the trace is too slow");
   queue.Push(record);
   EXPECT_EQ(queue.Take().size(), 1U) << "told once";
 }

@@ -131,7 +131,7 @@ TEST_F(Scan, FindsTwelveDevicesOfThreeProtocols) {
   const auto odd = std::ranges::find_if(
       report.found, [](const Found& one) { return one.serial.ToString() == "9600 7O1"; });
   ASSERT_NE(odd, report.found.end());
-  EXPECT_THAT(odd->remarks, Contains(HasSubstr("check the parity")));
+  EXPECT_THAT(odd->remarks, Contains(HasSubstr("check the character format")));
   EXPECT_TRUE(report.ended);
   EXPECT_FALSE(report.echo);
   ExpectReadsOnly(bench);

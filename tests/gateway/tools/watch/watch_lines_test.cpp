@@ -117,8 +117,8 @@ TEST(Guarded, RestartsADeadChild) {
   EXPECT_EQ(RunGuarded(run, kAtOnce, err), 3);
   EXPECT_EQ(*runs, 2);
   EXPECT_EQ(err.str(),
-            "watch: the DDS library was ended by signal 6; watch restarts\n"
-            "watch: the DDS library was ended by signal 9; watch restarts\n");
+            "watch: the process with the DDS library was ended by signal 6; watch restarts\n"
+            "watch: the process with the DDS library was ended by signal 9; watch restarts\n");
 }
 
 TEST(Guarded, ForwardsTheStopSignal) {
@@ -270,14 +270,15 @@ TEST(Publishers, AStartIsNotedOnce) {
 
 TEST(Publishers, ANewPublisherMayFollowALeftPublisher) {
   EXPECT_THAT(Story().Sample('A', 9, 0s).Left('A').Sample('B', 1, 1s).Tick(60s).Told(),
-              ElementsAre(HasSubstr("took over from 41.")));
+              ElementsAre(HasSubstr("took over from sender 41.")));
 }
 
 TEST(Publishers, ARestartWithinTheLeaseTakesOver) {
   Story story;
   story.Sample('A', 9, 0s).Sample('B', 1, 1s).Sample('B', 2, 2s);
   EXPECT_THAT(story.Told(), IsEmpty());
-  EXPECT_THAT(story.Left('A').Tick(60s).Told(), ElementsAre(HasSubstr("took over from 41.")));
+  EXPECT_THAT(story.Left('A').Tick(60s).Told(),
+              ElementsAre(HasSubstr("took over from sender 41.")));
 }
 
 TEST(Publishers, AnEarlierSampleOfTheFirstPublisherIsNoAlarm) {
@@ -307,7 +308,7 @@ TEST(Publishers, ANewerStartTakesOverAtOnce) {
     story.Start('A', 100).Sample('A', 9, 0s).Sample('A', 9, 0s, "q");
     if (start_comes_first) story.Start('B', 200);
     story.Sample('B', 1, 1s).Start('B', 200).Sample('B', 1, 1s, "q").Tick(60s);
-    EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("took over from 41.")));
+    EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("took over from sender 41.")));
   }
 }
 
@@ -337,7 +338,7 @@ TEST(Publishers, APublisherThatMayHaveLeftUnnoticedIsNoAlarm) {
   story.Start('A', 100).Sample('A', 9, 0s);
   story.publishers.OnDeaf();
   story.Start('B', 100).Sample('B', 10, 20s).Tick(60s);
-  EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("took over from 41.")));
+  EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("took over from sender 41.")));
 }
 
 TEST(Publishers, SeqMayJumpForwardButNotBack) {

@@ -88,7 +88,7 @@ function facts(device, labels, answered, strip) {
     ['Last exchange', device.last_outcome],
     ['Exchanges', count(device.exchanges)],
     ['OK', percent(okShare(device))],
-    ['Not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
+    ['Exchanges not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
     ['Last hour', strip.element],
     ['Outages, last hour', count(hour.outages)],
     ...named(labels).map(([title, text]) => [title, text(device)]),

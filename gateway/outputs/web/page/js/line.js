@@ -34,11 +34,11 @@ function facts(line, labels) {
   const failed = Object.entries(line.outcomes).filter(([name, n]) => name !== 'ok' && n > 0);
   return [
     ['Port', line.port_text],
-    ['Since', civilSeconds(line.port_since)],
-    ['Times lost', count(line.times_lost)],
+    ['Port state since', civilSeconds(line.port_since)],
+    ['Times the port was lost', count(line.times_lost)],
     ['Use, last minute', `${Math.round(line.use * 100)} %`],
     ['Exchanges', count(line.exchanges)],
-    ['Not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
+    ['Exchanges not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
     ['Bytes', `${bytes(line.bytes_in)} in, ${bytes(line.bytes_out)} out, ${bytes(line.stray_bytes)} stray`],
     ...named(labels).map(([title, text]) => [title, text(line)]),
     ...controlLines(line.modem),
@@ -66,7 +66,7 @@ const deviceColumns = [
   {title: 'OK', class: 'num', text: (d) => percent(okShare(d))},
   counted('Retries', (d) => d.retries),
   counted('Missed', (d) => d.missed),
-  {title: 'Mean', class: 'num', text: (d) => micros(d.round_trips.mean_us)},
+  {title: 'Mean round trip', class: 'num', text: (d) => micros(d.round_trips.mean_us)},
 ];
 
 export function line(root, name) {

@@ -29,7 +29,7 @@ const deviceColumns = [
   aged('Answered', heardAgo),
   {title: 'OK', class: 'num', text: (device) => percent(okShare(device))},
   lastHour('Last hour'),
-  {title: 'Mean', class: 'num', text: (device) => micros(device.round_trips.mean_us)},
+  {title: 'Mean round trip', class: 'num', text: (device) => micros(device.round_trips.mean_us)},
   {title: 'Good points', class: 'num', text: ({points}) => `${points.good} of ${points.count}`},
 ];
 

@@ -47,14 +47,14 @@ function keptFacts(status) {
   const {events, history, audit} = status;
   const state = (part) => (part ? `${part.state}${part.trouble ? `: ${part.trouble}` : ''}` : 'off');
   return [
-    ['Events', events ? `${state(events)}; numbers ${count(events.oldest)} to ${count(events.newest)}, `
+    ['Events', events ? `${state(events)}; event numbers ${count(events.oldest)} to ${count(events.newest)}, `
       + `${count(events.left_out)} events left out` : 'off'],
     ['Event file', events ? events.file : '–'],
     ['History', history ? `${state(history)}; ${count(history.points)} points, ${bytes(history.bytes)} of `
-      + `${bytes(history.limit)}, ${count(history.dropped)} dropped` : 'off'],
+      + `${bytes(history.limit)}, ${count(history.dropped)} values dropped` : 'off'],
     ['History folder', history ? history.folder : '–'],
     ['Oldest day', history && history.oldest ? history.oldest.slice(0, 10) : '–'],
-    ['Audit', audit ? `${state(audit)}; ${audit.mode}, ${count(audit.lost)} lost` : 'off'],
+    ['Audit', audit ? `${state(audit)}; ${audit.mode}, ${count(audit.lost)} records lost` : 'off'],
   ];
 }
 
@@ -65,8 +65,8 @@ function ddsFacts(dds) {
     ['Domain', dds.domain],
     ['Subscribers', count(dds.subscribers)],
     ['Samples', `${count(dds.samples)} published, ${count(dds.refused)} refused`],
-    ['Last message', dds.heard_ms === null ? 'never' : `${ageText(dds.heard_ms)} before this page asked`],
-    ['Process lost', `${count(dds.times_lost)} times${dds.last_end ? `, last: ${dds.last_end}` : ''}`],
+    ['Last message of the DDS process', dds.heard_ms === null ? 'never' : `${ageText(dds.heard_ms)} before this page asked`],
+    ['DDS process ended', `${count(dds.times_lost)} times${dds.last_end ? `, last: ${dds.last_end}` : ''}`],
     ['Events', dds.events ? dds.events.text : '–'],
     ['Datagrams', dds.datagrams.text],
     ['Write requests', dds.requests ? dds.requests.text : 'not accepted'],

@@ -92,7 +92,8 @@ client          on           priority  requests  exceptions  waiting  bytes in  
 }
 
 TEST(Traffic, EachRouteCounterIsUniqueAndDocumented) {
-  EXPECT_THAT(status::TroublesOfKeys<modbus::RouteStatus>("of a route"), ::testing::IsEmpty());
+  EXPECT_THAT(status::TroublesOfKeys<modbus::RouteStatus>("field of a route"),
+              ::testing::IsEmpty());
 }
 
 TEST(Traffic, TheJsonOfARouteIsUnchanged) {
@@ -297,7 +298,7 @@ TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
   EXPECT_EQ(route.shared, 1U);
   EXPECT_EQ(route.longest_wait, 30ms);
   EXPECT_EQ(route.total_wait, 40ms);
-  EXPECT_EQ(route.last_trouble, "too many requests wait already");
+  EXPECT_EQ(route.last_trouble, "the request was not sent, because too many requests wait already");
   ExpectSum(route, 1);
   ASSERT_THAT(route.by_unit, SizeIs(3));
   EXPECT_EQ(route.by_unit.at(20).requests, 5U);
@@ -417,25 +418,23 @@ TEST(DiagnoseMaster, AnEchoIsReportedInEveryState) {
   EXPECT_THAT(DiagnoseMaster(master, kToday), ElementsAre(kEcho));
   master.last_frame = kToday - 2min;
   EXPECT_THAT(DiagnoseMaster(master, kToday),
-              ElementsAre(kEcho, "no request for 2 min: does the master still poll?"));
+              ElementsAre(kEcho, "no request has come for 2 min: does the master still poll?"));
 }
 
 TEST(DiagnoseMaster, TheAdviceOnSilenceDependsOnEarlierFrames) {
   modbus::MasterStatus master = Open();
   master.last_frame = kToday - 2min;
   EXPECT_THAT(DiagnoseMaster(master, kToday),
-              ElementsAre("no request for 2 min: does the master still poll?"));
+              ElementsAre("no request has come for 2 min: does the master still poll?"));
   master.last_frame = {};
   master.frames = 0;
-  EXPECT_THAT(DiagnoseMaster(master, kToday),
-              ElementsAre("no byte received for 3 h: does the master poll, and are A and B "
-                          "swapped?"));
-  master.damaged = 7;
   EXPECT_THAT(
       DiagnoseMaster(master, kToday),
-      ElementsAre(
-          "bytes arrive, but no complete request for 3 h: check bit rate, parity and wiring "
-          "(19200 8E1)"));
+      ElementsAre("no byte has come for 3 h: does the master poll, and are A and B swapped?"));
+  master.damaged = 7;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
+              ElementsAre("bytes arrive, but no complete request has come for 3 h: check bit rate, "
+                          "parity and wiring (19200 8E1)"));
   master.since = kToday - 30s;
   master.damaged = 0;
   EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty()) << "the port is open for a moment only";
@@ -487,8 +486,8 @@ TEST(DiagnoseRoute, AUnitThatHasNeverAnsweredIsNamed) {
   route.last_trouble = "no_reply";
   route.last_trouble_at = kToday - 1s;
   const std::string unit =
-      "unit 51 has never answered (40 requests: no_reply): check "
-      "its power, address and wiring; ";
+      "unit 51 has never answered (40 requests; last failure of the route: no_reply): check its "
+      "power, address and wiring; ";
   EXPECT_THAT(DiagnoseRoute(route, kToday),
               ElementsAre(unit + "if no unit of line drive answers, check port, wiring, bit rate "
                                  "and parity"));

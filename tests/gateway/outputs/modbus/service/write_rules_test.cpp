@@ -35,7 +35,9 @@ TEST_F(WriteRules, ADeniedWriteIsRecorded) {
   ASSERT_THAT(sink_.denied, SizeIs(2));
   EXPECT_EQ(sink_.denied[1].client, "10.0.0.7:40112");
   EXPECT_EQ(sink_.denied[1].value, Value(std::int64_t{7}));
-  EXPECT_EQ(sink_.denied[1].reason, "the listener does not permit this request (permit)");
+  EXPECT_EQ(
+      sink_.denied[1].reason,
+      "the listener does not permit this request; see its 'permit' and 'write' in modbus.listen");
 }
 
 TEST_F(WriteRules, AWriteBeyondTheClientLimitIsRecorded) {

@@ -208,7 +208,7 @@ TEST_F(ClientTest, ReleaseWaitsForThePortAndPrintsItsEndTime) {
   EXPECT_THAT(out_.str(), StartsWith("io: /dev/ttyUSB1 is free for another program until "));
   EXPECT_THAT(out_.str(), HasSubstr(" UTC, and the points of the line are out of service"));
   EXPECT_EQ(Release("io", 10min, true), 0);
-  EXPECT_EQ(out_.str(), "io: taken back; the port is open: serial\n");
+  EXPECT_EQ(out_.str(), "io: the port was taken back, and is now open: serial\n");
   EXPECT_EQ(Release("io", 10min, true), 0);
   EXPECT_EQ(out_.str(), "io: the line was not released\n");
   EXPECT_EQ(Release("io", 25h), 2);
@@ -335,7 +335,7 @@ TEST_F(BillingTest, MissingReadingsAreExplained) {
   HistoryOptions options;
   options.until = ParseWallTime("2020-01-01").value();
   EXPECT_EQ(Run(options), 0);
-  EXPECT_EQ(out_.str(), "no billing readings are stored for that time\n");
+  EXPECT_EQ(out_.str(), "no billing readings are stored for the requested time\n");
 }
 
 struct OneValueEach final : history::HistorySource {

@@ -173,7 +173,7 @@ TEST_F(Ports, MissingPermissionsAreShown) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "X");
   fs::permissions(root_ / "dev/ttyUSB0", fs::perms::none);
   place_.people = {{"nobody", 65534, {65534}, false}};
-  EXPECT_THAT(Shown(), HasSubstr("ttyUSB0: you (nobody) may not open /dev/ttyUSB0: sudo "));
+  EXPECT_THAT(Shown(), HasSubstr("ttyUSB0: you (nobody) may not open /dev/ttyUSB0; run: sudo "));
   fs::permissions(root_ / "dev/ttyUSB0", fs::perms::all);
   EXPECT_THAT(Shown(), Not(HasSubstr("may not open")));
 }
@@ -206,7 +206,7 @@ TEST(PortRights, TheUsualPortNeedsItsGroup) {
   EXPECT_TRUE(MayUse({"root", 0, {0}, false}, kUsual));
   EXPECT_FALSE(MayUse(kAnna, kUsual));
   EXPECT_EQ(HowToMend(kAnna, kUsual),
-            "you (anna) may not open /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in "
+            "you (anna) may not open /dev/ttyUSB0; run: sudo usermod -aG dialout anna, then log in "
             "again");
 }
 
@@ -225,18 +225,19 @@ TEST(PortRights, FollowTheRulesOfTheKernel) {
 TEST(PortRights, AGroupWithoutPermissionsIsNotSuggested) {
   PortFile file{"/dev/ttyACM0", 0, 0, "root", 0600};
   EXPECT_FALSE(MayUse(kService, file));
-  EXPECT_EQ(
-      HowToMend(kService, file),
-      "the service (user baudgate) may not open /dev/ttyACM0: sudo chgrp dialout /dev/ttyACM0 && "
-      "sudo chmod 660 /dev/ttyACM0; to keep this after a restart, add a udev rule");
+  EXPECT_EQ(HowToMend(kService, file),
+            "the service (user baudgate) may not open /dev/ttyACM0; run: sudo chgrp dialout "
+            "/dev/ttyACM0 && "
+            "sudo chmod 660 /dev/ttyACM0; to keep this after a restart, add a udev rule");
 }
 
 TEST(PortRights, TheServiceGetsAnotherGroupThroughItsUnit) {
   const PortFile file{"/dev/ttyX0", 0, 42, "plant", 0660};
   EXPECT_FALSE(MayUse(kService, file));
-  EXPECT_EQ(HowToMend(kService, file),
-            "the service (user baudgate) may not open /dev/ttyX0: sudo systemctl edit baudgate, "
-            "with [Service] and SupplementaryGroups=plant, then sudo systemctl restart baudgate");
+  EXPECT_EQ(
+      HowToMend(kService, file),
+      "the service (user baudgate) may not open /dev/ttyX0; run: sudo systemctl edit baudgate, "
+      "with [Service] and SupplementaryGroups=plant, then sudo systemctl restart baudgate");
 }
 
 }  // namespace

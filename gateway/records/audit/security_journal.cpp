@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/audit/security_journal.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
+
+#include "gateway/base/guarded.h"
+#include "gateway/base/log.h"
+#include "gateway/base/secrets.h"
+#include "gateway/base/system_trouble.h"
+#include "gateway/base/whole_file.h"
+#include "gateway/records/audit/audited_writes.h"
+
+namespace baudgate::audit {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kHashKey = ",\"hash\":\"";
+constexpr std::size_t kHashTail = 64 + 2;  // the hash, and the characters "} behind it
+
+/// Returns the row without its hash, as it is hashed; empty: the line has no hash.
+std::string BodyOf(const std::string& line) {
+  const std::size_t at = line.rfind(kHashKey);
+  if (at == std::string::npos || line.size() != at + kHashKey.size() + kHashTail) return {};
+  return line.substr(0, at) + "}";
+}
+
+std::string HashIn(const std::string& line) {
+  const std::size_t at = line.rfind(kHashKey);
+  return at == std::string::npos ? std::string() : line.substr(at + kHashKey.size(), 64);
+}
+
+std::vector<std::string> LinesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = text.find('\n', at);
+    if (end == std::string::npos) break;  // a row that a power failure has cut
+    lines.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return lines;
+}
+
+}  // namespace
+
+/// The queue and the file. Only the worker uses the members behind the queue.
+struct SecurityJournal::File {
+  struct Waiting {
+    SecurityEvent event;
+    WallTime time{};
+  };
+
+  /// Takes the rows that wait. Returns how many were lost since the last call.
+  std::size_t Take(std::vector<Waiting>& rows) {
+    const MutexLock lock(mutex);
+    rows.swap(waiting);
+    return std::exchange(lost, 0);
+  }
+
+  fs::path Folder() {
+    const MutexLock lock(mutex);
+    return its_folder;
+  }
+
+  void Round() {
+    std::vector<Waiting> rows;
+    folder = Folder();
+    if (folder.empty()) return;
+    const std::size_t gone = Take(rows);
+    const std::size_t count = rows.size();
+    if (gone > 0) {
+      rows.push_back({{"journal", "baudgate", "", fmt::format("{} rows were lost", gone),
+                       "the disk did not take them in time"},
+                      ReadClocks().wall});
+    }
+    if (rows.empty()) return;
+    std::string text;
+    const Status opened = Open();
+    for (const Waiting& row : rows) text += opened ? LineOf(row) : std::string();
+    const Status written = opened ? Append(text) : opened;
+    if (!written) {
+      log::WarnFolded("security journal", "the security journal {} cannot be written: {}",
+                      (folder / kFile).string(), written.error());
+    }
+    const MutexLock lock(mutex);
+    if (!written) lost += gone + count;
+    done += count;
+  }
+
+  /// Opens the file, and finds the last row, whose number and hash the next row continues. A row
+  /// that a power failure has cut is removed.
+  Status Open() {
+    if (descriptor >= 0) return {};
+    std::error_code error;
+    fs::create_directories(folder, error);
+    const fs::path path = folder / kFile;
+    const std::string text = ReadWhole(path).value_or(std::string());
+    std::vector<std::string> lines = LinesOf(text);
+    if (lines.empty()) lines = LinesOf(ReadWhole(folder / kOldFile).value_or(std::string()));
+    if (!lines.empty()) {
+      const Json last = Json::parse(lines.back(), nullptr, false);
+      if (last.is_object() && last.contains("n") && last["n"].is_number_integer()) {
+        number = last["n"].get<std::int64_t>();
+      }
+      hash = HashIn(lines.back());
+    }
+    descriptor = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0640);
+    if (descriptor < 0) return Error{SystemTrouble(errno)};
+    const std::size_t whole = text.rfind('\n') == std::string::npos ? 0 : text.rfind('\n') + 1;
+    if (whole < text.size() && ::ftruncate(descriptor, static_cast<off_t>(whole)) != 0) {
+      return Error{SystemTrouble(errno)};
+    }
+    size = whole;
+    return {};
+  }
+
+  std::string LineOf(const Waiting& row) {
+    const Json json = {{"n", ++number},
+                       {"time", FormatWallTime(row.time)},
+                       {"kind", row.event.kind},
+                       {"who", row.event.who},
+                       {"from", row.event.from},
+                       {"what", row.event.what},
+                       {"result", row.event.result},
+                       {"prev", hash}};
+    const std::string body = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    hash = Sha256Hex(body);
+    return body.substr(0, body.size() - 1) + std::string(kHashKey) + hash + "\"}\n";
+  }
+
+  Status Append(const std::string& text) {
+    std::size_t sent = 0;
+    while (sent < text.size()) {
+      const ssize_t count = ::write(descriptor, text.data() + sent, text.size() - sent);
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) return Fail();
+      sent += static_cast<std::size_t>(count);
+    }
+    if (::fdatasync(descriptor) != 0) return Fail();
+    size += text.size();
+    if (size < kMostBytes) return {};
+    ::close(std::exchange(descriptor, -1));
+    const int error = MoveFile(folder / kFile, folder / kOldFile);
+    return error == 0 ? Status() : Error{SystemTrouble(error)};
+  }
+
+  /// Closes the file, so that the next round looks for its last whole row again.
+  Status Fail() {
+    const int error = errno;
+    ::close(std::exchange(descriptor, -1));
+    return Error{SystemTrouble(error)};
+  }
+
+  ~File() {
+    if (descriptor >= 0) ::close(descriptor);
+  }
+
+  Mutex mutex;
+  fs::path its_folder BAUDGATE_GUARDED_BY(mutex);
+  std::vector<Waiting> waiting BAUDGATE_GUARDED_BY(mutex);
+  std::size_t lost BAUDGATE_GUARDED_BY(mutex) = 0;
+  std::uint64_t noted BAUDGATE_GUARDED_BY(mutex) = 0;
+  std::uint64_t done BAUDGATE_GUARDED_BY(mutex) = 0;
+
+  fs::path folder;  // copy of its_folder
+  int descriptor = -1;
+  std::int64_t number = 0;
+  std::string hash;
+  std::size_t size = 0;
+};
+
+SecurityJournal::SecurityJournal(const fs::path& folder)
+    : file_(std::make_shared<File>()), worker_("security", [file = file_](bool) {
+        file->Round();
+        return kWhenWoken;
+      }) {
+  SetFolder(folder);
+  worker_.Start();
+}
+
+void SecurityJournal::SetFolder(const fs::path& folder) {
+  const MutexLock lock(file_->mutex);
+  if (file_->its_folder.empty()) file_->its_folder = folder;
+}
+
+SecurityJournal::~SecurityJournal() {
+  Flush(1s);
+  worker_.Leave();
+}
+
+void SecurityJournal::Note(SecurityEvent event, WallTime now) {
+  for (std::string* text : {&event.who, &event.from, &event.what, &event.result}) {
+    *text = Clipped(std::move(*text));
+  }
+  log::WriteAct(
+      log::Level::info,
+      {.fields = {{"SECURITY", event.kind}, {"WHO", event.who}, {"FROM", event.from}}},
+      fmt::format("security: {} {}{}: {}: {}", event.kind, event.who,
+                  event.from.empty() ? "" : " from " + event.from, event.what, event.result));
+  {
+    const MutexLock lock(file_->mutex);
+    if (file_->its_folder.empty()) return;
+    if (file_->waiting.size() >= kMostWaiting) {
+      ++file_->lost;
+      return;
+    }
+    ++file_->noted;
+    file_->waiting.push_back({std::move(event), now});
+  }
+  worker_.Wake();
+}
+
+bool SecurityJournal::Flush(Duration patience) {
+  constexpr Duration kLook = 5ms;
+  for (Duration waited{}; waited <= patience; waited += kLook) {
+    {
+      const MutexLock lock(file_->mutex);
+      if (file_->done >= file_->noted) return true;
+    }
+    std::this_thread::sleep_for(kLook);
+  }
+  return false;
+}
+
+Result<JournalCheck> VerifyJournal(const fs::path& folder) {
+  JournalCheck check;
+  std::int64_t number = 0;
+  bool any = false;
+  for (const char* const name : {SecurityJournal::kOldFile, SecurityJournal::kFile}) {
+    const auto text = ReadWhole(folder / name);
+    if (!text) continue;
+    const auto fault = [&](std::size_t line, const std::string& what) {
+      check.faults.push_back(fmt::format("{}:{}: {}", name, line, what));
+    };
+    const std::vector<std::string> lines = LinesOf(*text);
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      const Json json = Json::parse(lines[i], nullptr, false);
+      const std::string body = BodyOf(lines[i]);
+      if (!json.is_object() || body.empty() || Sha256Hex(body) != HashIn(lines[i])) {
+        fault(i + 1, "the row was changed");
+        check.last_hash = HashIn(lines[i]);
+        ++number;
+        continue;
+      }
+      JournalRow row{json.value("n", std::int64_t{0}),
+                     json.value("time", std::string()),
+                     {json.value("kind", std::string()), json.value("who", std::string()),
+                      json.value("from", std::string()), json.value("what", std::string()),
+                      json.value("result", std::string())}};
+      const bool follows = !any || (row.number == number + 1 &&
+                                    json.value("prev", std::string()) == check.last_hash);
+      if (!follows) fault(i + 1, "rows before this row are missing or were changed");
+      any = true;
+      number = row.number;
+      check.last_hash = HashIn(lines[i]);
+      check.rows.push_back(std::move(row));
+    }
+    if (!text->empty() && text->back() != '\n') fault(lines.size() + 1, "the last row is cut");
+  }
+  if (!any && check.faults.empty()) {
+    return Error{"no security journal can be read in " + folder.string() +
+                 "; run the command as root or as a member of the group baudgate"};
+  }
+  return check;
+}
+
+}  // namespace baudgate::audit

@@ -1,0 +1,221 @@
+// Tests of users over HTTP: login by password, roles, writes, sessions, the security journal, TLS.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <openssl/ssl.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "gateway/outputs/control/request_handler.h"
+#include "gateway/outputs/pki/tls_files.h"
+#include "gateway/records/audit/security_journal.h"
+#include "tests/gateway/outputs/web/fixture.h"
+
+namespace baudgate::web {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class WebUsersTest : public WebTest {
+ protected:
+  WebUsersTest() {
+    std::string form = (fs::temp_directory_path() / "baudgate-web-users-XXXXXX").string();
+    folder_ = ::mkdtemp(form.data());
+    users::UserFile file;
+    EXPECT_TRUE(file.Set("anna", Role::operating, "correct horse"));
+    EXPECT_TRUE(file.Set("vera", Role::viewer, "correct horse"));
+    EXPECT_TRUE(file.Set("otto", Role::engineer, "correct horse"));
+    for (const char* name : {"anna", "vera", "otto"}) {
+      tokens_[name] = file.AddToken(name, ReadClocks().wall + 1h).value();
+    }
+    std::ofstream(folder_ / "users") << file.Text();
+    ::chmod((folder_ / "users").c_str(), 0640);
+    config_.users.file = (folder_ / "users").string();
+    config::Point& current = config_.lines[0].devices[0].points[0];
+    current.access = config::Access::read_write;
+    current.writing.allowed = true;
+    journal_ = std::make_unique<audit::SecurityJournal>(folder_);
+    info_.journal = journal_.get();
+    commands_ = &lines_;
+  }
+  ~WebUsersTest() override {
+    Stop();
+    journal_.reset();
+    fs::remove_all(folder_);
+  }
+
+  std::string As(const std::string& name) const {
+    return "Authorization: Bearer " + tokens_.at(name) + "\r\n";
+  }
+  std::vector<std::string> Journal() {
+    EXPECT_TRUE(journal_->Flush(20s));
+    std::vector<std::string> rows;
+    for (const audit::JournalRow& row : audit::VerifyJournal(folder_).value().rows) {
+      rows.push_back(row.event.kind + " " + row.event.who + " " + row.event.what + " " +
+                     row.event.result);
+    }
+    return rows;
+  }
+
+  fs::path folder_;
+  std::map<std::string, std::string> tokens_;
+  std::unique_ptr<audit::SecurityJournal> journal_;
+};
+
+constexpr const char* kWrite = R"({"point":"bay-1.feeder-1.current","value":2})";
+
+TEST_F(WebUsersTest, AUserLogsInWithAPassword) {
+  Start();
+  EXPECT_EQ(Get("/api/v1/status").status, 401);
+  EXPECT_EQ(Client().Post("/login", R"({"user":"anna","password":"wrong horse"})").status, 401);
+  Reply login = Client().Post("/login", R"({"user":"anna","password":"correct horse"})");
+  ASSERT_EQ(login.status, 204);
+  const std::string cookie = login.headers["set-cookie"];
+  const std::string shown = "Cookie: " + cookie.substr(0, cookie.find(';')) + "\r\n";
+  const auto session = nlohmann::json::parse(Get("/api/v1/session", shown).body);
+  EXPECT_EQ(session["user"], "anna");
+  EXPECT_EQ(session["role"], "operator");
+  EXPECT_EQ(session["write"], true);
+  EXPECT_EQ(Get("/api/v1/status", shown).status, 200);
+  EXPECT_EQ(Client().Post("/logout", "", shown).status, 204);
+  EXPECT_EQ(Get("/api/v1/status", shown).status, 401);
+  EXPECT_THAT(Journal(), ::testing::ElementsAre("login anna page wrong user or password",
+                                                "login anna page ok", "logout anna page ok"));
+}
+
+TEST_F(WebUsersTest, OnlyARoleThatMayWritesAPoint) {
+  Start();
+  const auto write = [this](const std::string& who) {
+    return Client().Post("/api/v1/write", kWrite, who);
+  };
+  EXPECT_EQ(write("").status, 401);
+  const Reply viewer = write(As("vera"));
+  EXPECT_EQ(viewer.status, 403);
+  EXPECT_THAT(viewer.body, HasSubstr("needs the role operator"));
+  const Reply done = write(As("anna"));
+  EXPECT_EQ(done.status, 200);
+  EXPECT_THAT(done.body, HasSubstr("\"end\":\"ok\""));
+  EXPECT_EQ(write(As("otto")).status, 200);
+  EXPECT_EQ(write(As("anna") + "X-Forwarded-For: 10.0.0.9\r\n").status, 403)
+      << "not private: it came through a proxy without TLS";
+  EXPECT_EQ(Client()
+                .Post("/api/v1/write", R"({"point":"bay-1.feeder-1.none","value":2})", As("anna"))
+                .status,
+            404);
+  EXPECT_EQ(Client().Post("/api/v1/write", "{}", As("anna")).status, 400);
+}
+
+TEST_F(WebUsersTest, AnEngineerListsAndEndsSessions) {
+  Start();
+  Reply login = Client().Post("/login", R"({"user":"vera","password":"correct horse"})");
+  const std::string cookie = login.headers["set-cookie"];
+  const std::string vera = "Cookie: " + cookie.substr(0, cookie.find(';')) + "\r\n";
+  EXPECT_EQ(Get("/api/v1/sessions", vera).status, 403);
+  const auto list = nlohmann::json::parse(Get("/api/v1/sessions", As("otto")).body)["sessions"];
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list[0]["user"], "vera");
+  EXPECT_EQ(list[0]["role"], "viewer");
+  const std::string end = R"({"id":")" + list[0]["id"].get<std::string>() + "\"}";
+  EXPECT_EQ(Client().Post("/api/v1/sessions/end", end, As("anna")).status, 403);
+  EXPECT_EQ(Client().Post("/api/v1/sessions/end", end, As("otto")).status, 204);
+  EXPECT_EQ(Client().Post("/api/v1/sessions/end", end, As("otto")).status, 404);
+  EXPECT_EQ(Get("/api/v1/status", vera).status, 401);
+}
+
+TEST_F(WebUsersTest, CommandsNeedTheirRoleAndAreRecorded) {
+  control::RequestHandler handler(config_, store_, lines_, lines_, info_);
+  const auto ask = [&](std::optional<Role> role, const char* request) {
+    const bus::Writer writer{"user:anna", 1, {}, 0, role};
+    return handler.Answer(request, writer, ReadClocks(), [](const std::string&) {}).text;
+  };
+  constexpr const char* kDisable = R"({"command":"disable","target":"bay-1.feeder-1"})";
+  EXPECT_THAT(ask(Role::viewer, kDisable), HasSubstr("\"error\":\"denied\""));
+  EXPECT_THAT(ask(Role::operating, kDisable), Not(HasSubstr("error")));
+  EXPECT_THAT(ask(Role::operating, R"({"command":"confirm"})"),
+              HasSubstr("needs the role engineer"));
+  EXPECT_THAT(ask(Role::engineer, R"({"command":"writes"})"), HasSubstr("needs the role auditor"));
+  EXPECT_THAT(ask(std::nullopt, R"({"command":"status"})"), Not(HasSubstr("\"error\"")));
+  const auto rows = Journal();
+  EXPECT_THAT(
+      rows,
+      Contains(HasSubstr("denied user:anna disable bay-1.feeder-1 user:anna has the role viewer")));
+  EXPECT_THAT(rows, Contains("command user:anna disable bay-1.feeder-1 ok"));
+  EXPECT_THAT(rows, Not(Contains(HasSubstr("status"))));
+}
+
+/// A TLS client that trusts one authority. Empty: the handshake or the request failed.
+std::string GetByTls(std::uint16_t port, const fs::path& ca, const std::string& path,
+                     int version = TLS1_3_VERSION) {
+  const RawClient raw(port);
+  SSL_CTX* const context = SSL_CTX_new(TLS_client_method());
+  SSL_CTX_load_verify_locations(context, ca.c_str(), nullptr);
+  SSL_CTX_set_verify(context, SSL_VERIFY_PEER, nullptr);
+  SSL_CTX_set_min_proto_version(context, version);
+  SSL_CTX_set_max_proto_version(context, version);
+  SSL* const ssl = SSL_new(context);
+  SSL_set1_host(ssl, "localhost");
+  SSL_set_fd(ssl, raw.socket());
+  std::string answer;
+  if (SSL_connect(ssl) == 1) {
+    const std::string request =
+        "GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n";
+    SSL_write(ssl, request.data(), static_cast<int>(request.size()));
+    char bytes[4096];
+    for (int got = 0; (got = SSL_read(ssl, bytes, sizeof bytes)) > 0;) {
+      answer.append(bytes, static_cast<std::size_t>(got));
+    }
+  }
+  SSL_free(ssl);
+  SSL_CTX_free(context);
+  return answer;
+}
+
+TEST_F(WebUsersTest, ThePageSpeaksTls) {
+  const auto made =
+      pki::WriteServerFiles(folder_ / "tls", {"localhost", "127.0.0.1"}, ReadClocks().wall);
+  ASSERT_TRUE(made) << made.error();
+  config_.web.certificate = folder_ / "tls/gateway.pem";
+  config_.web.key = folder_ / "tls/gateway.key";
+  Start();
+  const fs::path ca = folder_ / "tls/ca.pem";
+  EXPECT_THAT(GetByTls(port_, ca, "/"), HasSubstr("200 OK"));
+  EXPECT_THAT(GetByTls(port_, ca, "/", TLS1_2_VERSION), HasSubstr("200 OK"));
+  EXPECT_EQ(GetByTls(port_, ca, "/", TLS1_1_VERSION), "");
+  EXPECT_EQ(GetByTls(port_, folder_ / "absent", "/"), "") << "another authority";
+  EXPECT_EQ(Get("/").status, 0) << "without TLS";
+  config_.web.client_ca = ca;
+  const auto opened = WebServer::Open(config_.web, &config_.web);
+  ASSERT_TRUE(opened) << opened.error();
+  EXPECT_FALSE(opened->socket.is_open());
+  EXPECT_TRUE(server_->Apply(Running(), {{}, {}, opened->tls}, nullptr));
+  EXPECT_THAT(GetByTls(port_, ca, "/"), HasSubstr("403 Forbidden")) << "without a certificate";
+}
+
+TEST_F(WebUsersTest, FilesOfTlsAreCheckedBeforeTheyAreUsed) {
+  ASSERT_TRUE(pki::WriteServerFiles(folder_ / "a", {"localhost"}, ReadClocks().wall));
+  ASSERT_TRUE(pki::WriteServerFiles(folder_ / "b", {"localhost"}, ReadClocks().wall));
+  const fs::path a = folder_ / "a";
+  const auto error = [](const fs::path& certificate, const fs::path& key) {
+    const auto texts = pki::ReadTls({certificate.string(), key.string(), ""});
+    return texts ? std::string() : texts.error();
+  };
+  EXPECT_EQ(error(a / "gateway.pem", a / "gateway.key"), "");
+  EXPECT_THAT(error(a / "gateway.pem", folder_ / "b/gateway.key"), HasSubstr("does not belong"));
+  EXPECT_THAT(error(a / "gateway.key", a / "gateway.key"), HasSubstr("no certificate"));
+  EXPECT_THAT(error(a / "gateway.pem", a / "gateway.pem"), HasSubstr("can be read by every user"));
+  EXPECT_THAT(error(a / "absent", a / "gateway.key"), HasSubstr("absent cannot be read"));
+  ::chmod((a / "gateway.key").c_str(), 0644);
+  EXPECT_THAT(error(a / "gateway.pem", a / "gateway.key"), HasSubstr("chmod o= "));
+  const WallTime now = ReadClocks().wall;
+  EXPECT_EQ(pki::EndsSoon("f", now + 31 * 24h, now), "");
+  EXPECT_THAT(pki::EndsSoon("f", now + 29 * 24h, now), HasSubstr("the certificate f ends on"));
+  EXPECT_THAT(pki::EndsSoon("f", now, now), HasSubstr("has ended"));
+}
+
+}  // namespace
+}  // namespace baudgate::web
