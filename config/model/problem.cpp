@@ -21,20 +21,6 @@ namespace {
 constexpr std::size_t kLongestMessage = 1000;
 constexpr std::string_view kEllipsis = "…";
 
-// A message may quote the file, whose control characters must not reach the terminal.
-std::string WithoutControls(const std::string& text) {
-  std::string clean;
-  for (const char c : text.substr(0, kLongestMessage)) {
-    const auto byte = static_cast<std::uint8_t>(c);
-    if (byte >= 0x20 && byte != 0x7F) {
-      clean += c;
-    } else {
-      clean += "\\x" + HexByte(byte);
-    }
-  }
-  return clean;
-}
-
 bool IsWord(char c) {
   const auto lower = static_cast<char>(c | 0x20);
   return (lower >= 'a' && lower <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
@@ -81,7 +67,8 @@ void Problems::Add(const Mark& mark, std::string message, bool warning) {
   for (const std::string& secret : secrets_) {
     for (const char quote : {'\'', '"'}) HideBehind(secret, quote, message);
   }
-  message = WithoutControls(message);
+  // A message may quote the file, whose control characters must not reach the terminal.
+  message = WithoutControls(message.substr(0, kLongestMessage));
   if (!seen_.emplace(*mark.file, mark.line, mark.column, message).second) return;
   if (std::find(files_.begin(), files_.end(), *mark.file) == files_.end()) {
     files_.push_back(*mark.file);

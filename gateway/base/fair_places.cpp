@@ -13,16 +13,14 @@ namespace {
 
 constexpr std::size_t kNetworkBytes = 8;  // of an IPv6 address: the /64 network
 
-/// Returns the address in "192.0.2.5:502", "[::1]:502" or in an address without a port. Empty: the
-/// client has no such form.
+}  // namespace
+
 std::string AddressIn(std::string_view client) {
   if (client.starts_with('[')) return std::string(client.substr(1, client.find(']') - 1));
   const std::size_t colon = client.find(':');
   const bool has_port = colon != std::string_view::npos && client.rfind(':') == colon;
   return std::string(has_port ? client.substr(0, colon) : client);
 }
-
-}  // namespace
 
 std::string HostOf(std::string_view client) {
   const std::string found = AddressIn(client);

@@ -13,6 +13,10 @@
 
 namespace baudgate {
 
+/// Returns the address of a client without its port: "192.0.2.5:502" → "192.0.2.5", "[::1]:502" →
+/// "::1". A text of another form is returned as it is.
+std::string AddressIn(std::string_view client);
+
 /// Returns the host of a client: an IPv4 address, or the /64 network of an IPv6 address, because a
 /// host can use every address of its network. A name that begins with no address is its own host.
 ///

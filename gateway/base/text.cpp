@@ -101,6 +101,29 @@ std::string FormatNumber(double value) {
   return error == std::errc() ? std::string(buffer, end) : "nan";
 }
 
+std::string WithoutControls(std::string_view text) {
+  // U+202A to U+202E and U+2066 to U+2069 (Unicode Standard Annex 9) begin with these two bytes.
+  const auto turns = [&](std::size_t at) {
+    if (at + 2 >= text.size() || text[at] != '\xE2') return false;
+    const auto last = static_cast<std::uint8_t>(text[at + 2]);
+    if (text[at + 1] == '\x80') return last >= 0xAA && last <= 0xAE;
+    return text[at + 1] == '\x81' && last >= 0xA6 && last <= 0xA9;
+  };
+  std::string clean;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<std::uint8_t>(text[i]);
+    if (turns(i)) {
+      for (const char c : text.substr(i, 3)) clean += "\\x" + HexByte(static_cast<std::uint8_t>(c));
+      i += 2;
+    } else if (byte >= 0x20 && byte != 0x7F) {
+      clean += text[i];
+    } else {
+      clean += "\\x" + HexByte(byte);
+    }
+  }
+  return clean;
+}
+
 std::string Printable(View bytes) {
   std::string text;
   for (const std::uint8_t byte : bytes) {

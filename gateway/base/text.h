@@ -47,6 +47,10 @@ std::string FormatNumber(double value);
 /// Returns the bytes as printable ASCII: "\r", "\n", and "\x1B" for other unprintable bytes.
 std::string Printable(View bytes);
 
+/// Returns UTF-8 text in which control characters, and characters that change the direction of
+/// writing, are replaced by "\x1B": a name that a client has chosen must not forge lines.
+std::string WithoutControls(std::string_view text);
+
 /// Returns the place of the first byte from `begin` on that cannot be part of UTF-8 text, or is NUL
 /// (UTF-16 contains many NULs); npos if there is none.
 std::size_t FirstNotUtf8(std::string_view text, std::size_t begin = 0);

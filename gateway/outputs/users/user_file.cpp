@@ -71,6 +71,7 @@ std::string HashOf(std::string_view password) {
 }  // namespace
 
 bool HasHash(std::string_view password, const std::string& hash) {
+  if (password.find('\0') != std::string_view::npos) return false;  // crypt() would end there
   crypt_data data{};
   const char* const made =
       ::crypt_rn(std::string(password).c_str(), hash.c_str(), &data, sizeof data);
@@ -147,6 +148,9 @@ Status UserFile::Set(const std::string& name, Role role, std::string_view passwo
       (password.size() < kShortestPassword || password.size() > kLongestPassword)) {
     return Error{fmt::format("the password has {} characters; it needs {} to {}", password.size(),
                              kShortestPassword, kLongestPassword)};
+  }
+  if (password.find('\0') != std::string_view::npos) {
+    return Error{"the password contains the character NUL; use another one"};
   }
   std::string hash = password.empty() ? std::string() : HashOf(password);
   if (!password.empty() && hash.empty()) {
@@ -229,7 +233,8 @@ std::string UserDirectory::Trouble() {
   return trouble_;
 }
 
-std::optional<User> UserDirectory::ByPassword(std::string_view name, std::string_view password) {
+std::optional<UserDirectory::Known> UserDirectory::ByPassword(std::string_view name,
+                                                              std::string_view password) {
   std::optional<User> user;
   {
     const MutexLock lock(mutex_);
@@ -239,16 +244,17 @@ std::optional<User> UserDirectory::ByPassword(std::string_view name, std::string
   const bool has_password = user && !user->hash.empty();
   const bool right = HasHash(password, has_password ? user->hash : kNobody);
   if (!right || !has_password) return std::nullopt;
-  return user;
+  return Known{*user, {user->name, user->hash}};
 }
 
-std::optional<User> UserDirectory::ByToken(std::string_view token, WallTime now) {
+std::optional<UserDirectory::Known> UserDirectory::ByToken(std::string_view token, WallTime now) {
   const std::string digest = Sha256Hex(token);
   const MutexLock lock(mutex_);
   Refresh();
   for (const Token& one : file_.tokens()) {
     if (now >= one.until || !SameSecret(one.digest, digest)) continue;
-    if (const User* const user = file_.Find(one.user)) return *user;
+    const User* const user = file_.Find(one.user);
+    if (user != nullptr) return Known{*user, {user->name, one.digest}};
   }
   return std::nullopt;
 }
@@ -265,11 +271,17 @@ Role UserDirectory::OfSystemUser(const std::string& name, std::span<const gid_t>
   return role;
 }
 
-std::optional<Role> UserDirectory::RoleOf(std::string_view name) {
+std::optional<Role> UserDirectory::RoleOf(const Login& login, WallTime now) {
   const MutexLock lock(mutex_);
   Refresh();
-  const User* const user = file_.Find(name);
-  return user == nullptr ? std::nullopt : std::optional(user->role);
+  const User* const user = file_.Find(login.user);
+  if (user == nullptr) return std::nullopt;
+  const auto is_it = [&](const Token& token) {
+    return token.user == login.user && token.digest == login.proof && now < token.until;
+  };
+  const bool holds = (!user->hash.empty() && user->hash == login.proof) ||
+                     std::ranges::any_of(file_.tokens(), is_it);
+  return holds ? std::optional(user->role) : std::nullopt;
 }
 
 }  // namespace baudgate::users

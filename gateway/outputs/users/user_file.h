@@ -85,14 +85,25 @@ class UserDirectory {
   /// Returns why the file cannot be used, as a sentence with the remedy; empty: it can.
   std::string Trouble();
 
+  /// How a user has logged in. `proof`: the hash of the password, or the digest of the token.
+  struct Login {
+    std::string user;
+    std::string proof;
+  };
+  struct Known {
+    User user;
+    Login login;
+  };
   /// Checks a password. Takes about a tenth of a second, also for an unknown user.
-  std::optional<User> ByPassword(std::string_view name, std::string_view password);
-  std::optional<User> ByToken(std::string_view token, WallTime now);
+  std::optional<Known> ByPassword(std::string_view name, std::string_view password);
+  std::optional<Known> ByToken(std::string_view token, WallTime now);
   /// Returns the role of a user of this machine: by name, else the last role, in the order of
   /// Role, of the groups that the users file lists as "@group". A user who is not listed is a
   /// viewer.
   Role OfSystemUser(const std::string& name, std::span<const gid_t> groups);
-  std::optional<Role> RoleOf(std::string_view name);
+  /// Returns the present role of a user who has logged in. Empty: the user was removed, the
+  /// password was changed, or the token was removed or has ended.
+  std::optional<Role> RoleOf(const Login& login, WallTime now);
 
  private:
   void Refresh() BAUDGATE_REQUIRES(mutex_);

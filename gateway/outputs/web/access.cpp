@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <tuple>
 #include <utility>
 
 #include "gateway/base/fair_places.h"
@@ -180,7 +181,7 @@ std::string ForwardedFor(const config::Web& web, const Request& request) {
   const std::string list = request.Header("x-forwarded-for").value_or("");
   const auto addresses = Split(list, ',');
   for (std::size_t i = addresses.size(); i-- > 0;) {
-    const std::string address(Trim(addresses[i]));
+    const std::string address = AddressIn(Trim(addresses[i]));  // some proxies add the port
     if (!config::IsIpAddress(address)) return {};
     if (!Has(web.proxies, address)) return address;
   }
@@ -233,7 +234,7 @@ std::optional<std::string> BearerOf(const Request& request) {
 void Logins::SetToken(std::optional<std::string> token) {
   const MutexLock lock(mutex_);
   if (token_ != token) {
-    std::erase_if(sessions_, [](const auto& entry) { return entry.second.user.empty(); });
+    std::erase_if(sessions_, [](const auto& entry) { return entry.second.login.user.empty(); });
   }
   token_ = std::move(token);
 }
@@ -268,9 +269,11 @@ Logins::Verdict Logins::NoteFailure(const std::string& client, Instant now) {
   return Verdict::no;
 }
 
-Logins::Who Logins::ByToken(const std::string& client, std::string_view token, const Now& now) {
-  if (const auto user = users_.ByToken(token, now.wall)) {
-    return {Verdict::yes, user->name, user->role};
+Logins::Who Logins::ByToken(const std::string& client, std::string_view token, const Now& now,
+                            users::UserDirectory::Login* login) {
+  if (const auto known = users_.ByToken(token, now.wall)) {
+    if (login != nullptr) *login = known->login;
+    return {Verdict::yes, known->user.name, known->user.role};
   }
   const MutexLock lock(mutex_);
   if (token_ && SameSecret(token, *token_)) return {Verdict::yes};
@@ -280,31 +283,46 @@ Logins::Who Logins::ByToken(const std::string& client, std::string_view token, c
 Logins::Who Logins::Check(const Request& request, const Now& now, bool counts) {
   if (!NeedsLogin()) return {Verdict::yes};
   if (const auto bearer = BearerOf(request)) return ByToken(request.client(), *bearer, now);
-  const auto session = SessionOf(request);
-  if (!session) return {};
-  Who who;
+  const auto number = SessionOf(request);
+  if (!number) return {};
+  users::UserDirectory::Login login;
   {
     const MutexLock lock(mutex_);
-    const auto found = sessions_.find(*session);
+    const auto found = sessions_.find(*number);
     if (found == sessions_.end() || found->second.IsOver(now.instant)) return {};
-    if (counts) found->second.last = now;
-    who = {Verdict::yes, found->second.user};
+    login = found->second.login;
   }
-  if (who.user.empty()) return who;
-  who.role = users_.RoleOf(who.user);
-  return who.role ? who : Who();  // the user was removed
+  std::optional<Role> role;
+  const bool holds = login.user.empty() || (role = users_.RoleOf(login, now.wall)).has_value();
+  const MutexLock lock(mutex_);
+  const auto found = sessions_.find(*number);
+  if (found == sessions_.end()) return {};
+  if (!holds) {
+    sessions_.erase(found);  // so that a new user of the same name does not get the session
+    return {};
+  }
+  if (counts) found->second.last = now;
+  return {Verdict::yes, login.user, role};
 }
 
-Logins::Opened Logins::Begin(const Request& request, const std::string& user, bool secure,
+Logins::Opened Logins::Begin(const Request& request, users::UserDirectory::Login login, bool secure,
                              const Now& now) {
   constexpr std::size_t kRandomBytes = 16;
   std::erase_if(sessions_, [&](const auto& entry) { return entry.second.IsOver(now.instant); });
-  if (sessions_.size() >= kMostSessions) {
-    sessions_.erase(std::ranges::min_element(
-        sessions_, {}, [](const auto& entry) { return entry.second.last.instant; }));
+  std::map<std::string, std::size_t> of_user;
+  for (const auto& [number, session] : sessions_) ++of_user[session.login.user];
+  const bool full = sessions_.size() >= kMostSessions;
+  if (full || of_user[login.user] >= kMostOfUser) {
+    // The longest idle session of this user ends, or of the user with the most sessions.
+    const auto rank = [&](const auto& entry) {
+      const std::string& user = entry.second.login.user;
+      const bool own = user == login.user && of_user[user] >= kMostOfUser;
+      return std::tuple(!own, -static_cast<long>(of_user[user]), entry.second.last.instant);
+    };
+    sessions_.erase(std::ranges::min_element(sessions_, {}, rank));
   }
   const std::string session = RandomHex(kRandomBytes);
-  sessions_[session] = {user, request.client(), now, now};
+  sessions_[session] = {std::move(login), request.client(), now, now};
   return {Verdict::yes, cookie_ + "=" + session + "; HttpOnly; SameSite=Strict; Max-Age=" +
                             std::to_string(kSession / 1s) + (secure ? "; Secure" : "")};
 }
@@ -312,10 +330,11 @@ Logins::Opened Logins::Begin(const Request& request, const std::string& user, bo
 Logins::Opened Logins::Open(const Request& request, std::string_view token, bool secure,
                             const Now& now) {
   if (!NeedsLogin()) return {Verdict::yes, {}};
-  const Who who = ByToken(request.client(), token, now);
+  users::UserDirectory::Login login;
+  const Who who = ByToken(request.client(), token, now, &login);
   if (who.verdict != Verdict::yes) return {who.verdict, {}};
   const MutexLock lock(mutex_);
-  return Begin(request, who.user, secure, now);
+  return Begin(request, std::move(login), secure, now);
 }
 
 Logins::Opened Logins::OpenOf(const Request& request, const std::string& user,
@@ -327,13 +346,14 @@ Logins::Opened Logins::OpenOf(const Request& request, const std::string& user,
   const auto known = users_.ByPassword(user, password);
   const MutexLock lock(mutex_);
   if (!known) return {NoteFailure(request.client(), now.instant), {}};
-  return Begin(request, known->name, secure, now);
+  return Begin(request, known->login, secure, now);
 }
 
-std::string Logins::Close(const Request& request) {
+Logins::Closed Logins::Close(const Request& request) {
   const MutexLock lock(mutex_);
-  if (const auto session = SessionOf(request)) sessions_.erase(*session);
-  return cookie_ + "=; HttpOnly; SameSite=Strict; Max-Age=0";
+  const auto session = SessionOf(request);
+  return {session && sessions_.erase(*session) > 0,
+          cookie_ + "=; HttpOnly; SameSite=Strict; Max-Age=0"};
 }
 
 namespace {
@@ -343,12 +363,18 @@ std::string IdOf(const std::string& session) { return Sha256Hex(session).substr(
 }  // namespace
 
 std::vector<Logins::Shown> Logins::Sessions(const Now& now) {
-  const MutexLock lock(mutex_);
+  std::vector<std::pair<std::string, Session>> all;
+  {
+    const MutexLock lock(mutex_);
+    all.assign(sessions_.begin(), sessions_.end());
+  }
   std::vector<Shown> shown;
-  for (const auto& [number, session] : sessions_) {
-    if (session.IsOver(now.instant)) continue;
-    shown.push_back(
-        {IdOf(number), session.user, session.from, session.since.wall, session.last.wall});
+  for (const auto& [number, session] : all) {
+    const auto role = users_.RoleOf(session.login, now.wall);
+    const bool holds = session.login.user.empty() || role;
+    if (session.IsOver(now.instant) || !holds) continue;
+    shown.push_back({IdOf(number), session.login.user, role, session.from, session.since.wall,
+                     session.last.wall});
   }
   return shown;
 }
@@ -408,14 +434,6 @@ std::string FieldOf(const Request& request, const std::string& name) {
   return {};
 }
 
-Response NeedsRole(const Request& request, Act act) {
-  const std::string who = request.user.empty() ? "this client" : request.user;
-  const std::string has = request.role ? " has the role " + std::string(Name(*request.role))
-                                       : " is not logged in as a user";
-  return Problem(403, who + has + "; " + request.path + " needs the role " +
-                          std::string(Name(NeededFor(act))));
-}
-
 Response Empty(int status) {
   Response response;
   response.status = status;
@@ -460,6 +478,20 @@ std::optional<Response> Access::Refuse(const Request& request, const Now& now) {
   return NeedsLogin(request, now);
 }
 
+Response Access::NeedsRole(const Request& request, Act act) const {
+  const std::string who = request.user.empty() ? "this client" : request.user;
+  const std::string has = request.role ? " has the role " + std::string(Name(*request.role))
+                                       : " is not logged in as a user";
+  const std::string why =
+      who + has + "; " + request.path + " needs the role " + std::string(Name(NeededFor(act)));
+  Note("denied", request.user, request, request.path, why, ReadClocks());
+  return Problem(403, why);
+}
+
+bool Access::MayGoOn(const Request& request, const Now& now) {
+  return logins_.Check(request, now, false).verdict == Logins::Verdict::yes;
+}
+
 /// Returns an error if the request needs a login that it does not have. The files of the page need
 /// no login, because they contain no data and are needed for the login.
 std::optional<Response> Access::NeedsLogin(const Request& request, const Now& now) {
@@ -474,6 +506,7 @@ std::optional<Response> Access::NeedsLogin(const Request& request, const Now& no
     case Logins::Verdict::no:
       break;
   }
+  if (BearerOf(request)) Note("login", {}, request, request.path, "wrong token", now);
   Response response = Problem(401, "log in as a user or with the token of this gateway");
   response.headers.emplace_back("WWW-Authenticate", "Bearer");
   return response;
@@ -507,10 +540,9 @@ Response Access::Sessions(const Request& request, const Now& now) {
   if (!may) return NeedsRole(request, Act::audit);
   Json sessions = Json::array();
   for (const Logins::Shown& one : logins_.Sessions(now)) {
-    const auto role = logins_.users().RoleOf(one.user);
     sessions.push_back({{"id", one.id},
                         {"user", one.user},
-                        {"role", role ? Name(*role) : ""},
+                        {"role", one.role ? Name(*one.role) : ""},
                         {"from", one.from},
                         {"since", FormatWallTime(one.since)},
                         {"last", FormatWallTime(one.last)}});
@@ -530,12 +562,8 @@ Response Access::EndSession(const Request& request, const Now& now) {
 
 std::optional<Response> Access::MayNotAcknowledge(const Request& request) const {
   const auto its = web();
-  if (request.role) {
-    if (!May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
-    if (IsPrivate(*its, request)) return std::nullopt;
-  } else if (web::MayAcknowledge(*its, request)) {
-    return std::nullopt;
-  }
+  if (MayOperate(request, its->acknowledge)) return std::nullopt;
+  if (request.role && !May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
   return Problem(
       403,
       its->acknowledge || request.role
@@ -546,22 +574,30 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
 }
 
 std::optional<Response> Access::MayNotWrite(const Request& request) const {
+  if (MayOperate(request, false)) return std::nullopt;
   if (!request.role || !May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
-  if (IsPrivate(*web(), request)) return std::nullopt;
   return Problem(
       403,
       "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
       "or from the gateway's machine");
 }
 
+/// True if the request comes from a user who may operate, or from a client without a user if
+/// `everybody`, and nobody can read it.
+bool Access::MayOperate(const Request& request, bool everybody) const {
+  const bool may = request.role ? May(*request.role, Act::operate) : everybody;
+  return may && IsPrivate(*web(), request);
+}
+
 Response Access::Session(const Request& request) {
+  const auto its = web();
   Json json = {{"needs_token", logins_.NeedsLogin()},
                {"users", logins_.users().is_used()},
                {"logged_in", request.logged_in},
                {"user", request.user},
                {"role", request.role ? Name(*request.role) : ""},
-               {"acknowledge", !MayNotAcknowledge(request)},
-               {"write", !MayNotWrite(request)}};
+               {"acknowledge", MayOperate(request, its->acknowledge)},
+               {"write", MayOperate(request, false)}};
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
@@ -602,9 +638,10 @@ void Access::Note(const char* kind, const std::string& who, const Request& reque
 }
 
 Response Access::Logout(const Request& request, const Now& now) {
-  if (logins_.NeedsLogin()) Note("logout", request.user, request, "page", "ok", now);
+  const Logins::Closed closed = logins_.Close(request);
+  if (closed.was_open) Note("logout", request.user, request, "page", "ok", now);
   Response response = Empty(204);
-  response.headers.emplace_back("Set-Cookie", logins_.Close(request));
+  response.headers.emplace_back("Set-Cookie", closed.cookie);
   return response;
 }
 

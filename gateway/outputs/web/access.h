@@ -66,6 +66,7 @@ class Logins {
   static constexpr std::size_t kMostFailures = 5;   ///< wrong tokens of one host in kWindow
   static constexpr std::size_t kMostGuesses = 100;  ///< wrong tokens of all hosts in kWindow
   static constexpr std::size_t kMostSessions = 256;
+  static constexpr std::size_t kMostOfUser = 16;  ///< sessions of one user
 
   /// `port` is part of the cookie's name, because browsers send the cookies of a machine to all its
   /// ports.
@@ -96,12 +97,17 @@ class Logins {
   /// Opens a session of a user. Takes about a tenth of a second (HasHash).
   Opened OpenOf(const Request& request, const std::string& user, const std::string& password,
                 bool secure, const Now& now);
-  /// Ends the session of the request. Returns the value of Set-Cookie that deletes the cookie.
-  std::string Close(const Request& request);
+  /// Ends the session of the request.
+  struct Closed {
+    bool was_open = false;
+    std::string cookie;  ///< value of Set-Cookie that deletes the cookie
+  };
+  Closed Close(const Request& request);
 
   struct Shown {
     std::string id;    ///< names the session for End; does not open it
     std::string user;  ///< empty: the token of web.token
+    std::optional<Role> role{};
     std::string from;
     WallTime since{};
     WallTime last{};
@@ -113,7 +119,7 @@ class Logins {
 
  private:
   struct Session {
-    std::string user;
+    users::UserDirectory::Login login;  // without a user: the token of web.token
     std::string from;
     Now since{};
     Now last{};
@@ -131,9 +137,11 @@ class Logins {
   /// True if the host of the client must wait before its next guess.
   bool MustWait(const std::string& client, Instant now) BAUDGATE_REQUIRES(mutex_);
   Verdict NoteFailure(const std::string& client, Instant now) BAUDGATE_REQUIRES(mutex_);
-  Who ByToken(const std::string& client, std::string_view token, const Now& now);
-  Opened Begin(const Request& request, const std::string& user, bool secure, const Now& now)
-      BAUDGATE_REQUIRES(mutex_);
+  /// `login`: set to how the user of the token has logged in; may be null.
+  Who ByToken(const std::string& client, std::string_view token, const Now& now,
+              users::UserDirectory::Login* login = nullptr);
+  Opened Begin(const Request& request, users::UserDirectory::Login login, bool secure,
+               const Now& now) BAUDGATE_REQUIRES(mutex_);
 
   const std::string cookie_;
   users::UserDirectory users_;
@@ -165,6 +173,8 @@ class Access {
   std::optional<Response> Refuse(const Request& request, const Now& now);
   /// Sets logged_in, user and role of the request. Must be called before Answer.
   void WhoAsks(Request& request, const Now& now);
+  /// True if the login of a request that is still being answered, such as a stream, is still valid.
+  bool MayGoOn(const Request& request, const Now& now);
   /// True if the request is a login with a password, so Answer takes a tenth of a second.
   static bool IsSlow(const Request& request);
   /// Answers requests for login, logout and session, and acknowledgements that are not allowed.
@@ -174,6 +184,7 @@ class Access {
  private:
   std::shared_ptr<const config::Web> web() const;
   std::optional<Response> NeedsLogin(const Request& request, const Now& now);
+  Response NeedsRole(const Request& request, Act act) const;
   Response Session(const Request& request);
   Response Sessions(const Request& request, const Now& now);
   Response EndSession(const Request& request, const Now& now);
@@ -184,6 +195,7 @@ class Access {
             const std::string& what, const std::string& result, const Now& now) const;
   std::optional<Response> MayNotAcknowledge(const Request& request) const;
   std::optional<Response> MayNotWrite(const Request& request) const;
+  bool MayOperate(const Request& request, bool everybody) const;
 
   const std::string version_;
   const events::EventSource* const events_;

@@ -30,7 +30,9 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
 
   Request request;
   std::uint64_t connection_id = 0;
-  bool asked = false;  ///< true: the handler has received the request
+  bool asked = false;    ///< true: the handler has received the request
+  bool begun = false;    ///< Connections::Begin was called
+  bool streams = false;  ///< the answer is a stream
   /// Returns the answer. If there is no answer yet, returns nothing and suspends the connection
   /// until Answer or End is called.
   std::optional<Response> TakeOrSuspend();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/web/http_server.h"
 
-#include <gnutls/gnutls.h>
+#include <gnutls/x509.h>
 #include <microhttpd.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -118,7 +118,10 @@ bool HasCertificate(MHD_Connection* connection) {
   if (info == nullptr || info->tls_session == nullptr) return false;
   unsigned status = 0;
   auto* const session = static_cast<gnutls_session_t>(info->tls_session);
-  return gnutls_certificate_verify_peers2(session, &status) == 0 && status == 0;
+  gnutls_typed_vdata_st purpose{};
+  purpose.type = GNUTLS_DT_KEY_PURPOSE_OID;
+  purpose.data = reinterpret_cast<unsigned char*>(const_cast<char*>(GNUTLS_KP_TLS_WWW_CLIENT));
+  return gnutls_certificate_verify_peers(session, &purpose, 1, &status) == 0 && status == 0;
 }
 
 Response TooManyConnections() {
@@ -154,6 +157,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
   void Stop();
   int TakeSocket();
   void EndOverdue(Instant now);
+  void EndLoggedOut();
   std::size_t connections() {
     const MutexLock lock(mutex_);
     return connections_.size();
@@ -255,6 +259,19 @@ void HttpServer::Impl::EndOverdue(Instant now) {
   for (const Connections::Id id : connections_.Overdue(now)) End(id);
 }
 
+void HttpServer::Impl::EndLoggedOut() {
+  std::vector<std::pair<Connections::Id, Request>> streams;
+  {
+    const MutexLock lock(mutex_);
+    for (const auto& [raw, exchange] : exchanges_) {
+      if (exchange->streams) streams.emplace_back(exchange->connection_id, exchange->request);
+    }
+  }
+  std::erase_if(streams, [this](const auto& one) { return handler_.MayGoOn(one.second); });
+  const MutexLock lock(mutex_);
+  for (const auto& [id, request] : streams) End(id);
+}
+
 void HttpServer::Impl::Opened(MHD_Connection* connection, void** open) {
   const int socket = SocketOf(connection);
   SetUp(socket, limits_);
@@ -305,7 +322,8 @@ MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, 
   auto exchange = std::make_shared<Exchange>(connection, RequestOf(connection, url, method));
   Request& request = exchange->request;
   request.forwarded_for = handler_.ClientBehind(request);
-  const bool has_body = request.Header("content-length").value_or("0") != "0";
+  const auto length = request.Header("content-length");
+  const bool has_body = length && length->find_first_not_of('0') != std::string::npos;
   const Instant now = ReadClocks().instant;
   const auto* const info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
   bool fits = false;
@@ -317,6 +335,7 @@ MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, 
     fits = !stopping_ &&
            (has_body || connections_.Begin(exchange->connection_id, request.client(), now));
     if (has_body) connections_.Receive(exchange->connection_id, now);
+    exchange->begun = !has_body;
     exchanges_[exchange.get()] = exchange;
   }
   *kept = new Kept(exchange);
@@ -346,6 +365,7 @@ MHD_Result HttpServer::Impl::Queue(MHD_Connection* connection, const Response& r
   }
   if (response.stream) {
     const MutexLock lock(mutex_);
+    exchange->streams = true;
     connections_.Stream(exchange->connection_id);
   }
   return Send(connection, response, exchange, bytes_, last);
@@ -353,7 +373,7 @@ MHD_Result HttpServer::Impl::Queue(MHD_Connection* connection, const Response& r
 
 MHD_Result HttpServer::Impl::Continue(MHD_Connection* connection, const Kept& exchange) {
   if (!std::exchange(exchange->asked, true)) {
-    if (!exchange->request.body.empty()) {
+    if (!std::exchange(exchange->begun, true)) {
       bool fits = false;
       {
         const MutexLock lock(mutex_);
@@ -395,6 +415,7 @@ transports::ListenSocket HttpServer::TakeSocket() {
   return transports::ListenSocket::Of(impl_->TakeSocket());
 }
 void HttpServer::EndOverdue(Instant now) { impl_->EndOverdue(now); }
+void HttpServer::EndLoggedOut() { impl_->EndLoggedOut(); }
 std::size_t HttpServer::connections() const { return impl_->connections(); }
 
 }  // namespace baudgate::web

@@ -86,6 +86,9 @@ class HttpHandler {
   virtual ~HttpHandler() = default;
   /// Returns Request::forwarded_for. Called on the server's thread.
   virtual std::string ClientBehind(const Request& request) = 0;
+  /// True if the login of a request whose stream is still being sent is still valid. Any thread may
+  /// call it.
+  virtual bool MayGoOn(const Request& request) = 0;
   /// Called on the server's thread when the header has arrived, before the body. Returns an answer
   /// to refuse the request; nothing: the request is accepted.
   virtual std::optional<Response> Refuse(const Request& request) = 0;
@@ -111,6 +114,8 @@ class HttpServer {
   void Stop();
   /// Closes connections that are too slow. Must be called about once a second.
   void EndOverdue(Instant now);
+  /// Closes the connections of streams whose login is not valid any more (HttpHandler::MayGoOn).
+  void EndLoggedOut();
   std::size_t connections() const;
 
   class Impl;

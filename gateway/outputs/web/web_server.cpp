@@ -199,6 +199,8 @@ std::string WebServer::ClientBehind(const Request& request) {
   return access_.ClientBehind(request);
 }
 
+bool WebServer::MayGoOn(const Request& request) { return access_.MayGoOn(request, ReadClocks()); }
+
 std::optional<Response> WebServer::Refuse(const Request& request) {
   return access_.Refuse(request, ReadClocks());
 }
@@ -261,7 +263,10 @@ void WebServer::Tick() {
 
 /// Runs every kLook: closes slow connections and sends the heartbeat of traces.
 void WebServer::Look() {
-  if (http_) http_->EndOverdue(ReadClocks().instant);
+  if (http_) {
+    http_->EndOverdue(ReadClocks().instant);
+    http_->EndLoggedOut();
+  }
   live_.Beat();
   look_.expires_after(kLook);
   look_.async_wait([this](const asio::error_code& stopped) {

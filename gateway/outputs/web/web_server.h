@@ -64,6 +64,7 @@ class WebServer final : public HttpHandler {
   void Stop();
 
   std::string ClientBehind(const Request& request) override;
+  bool MayGoOn(const Request& request) override;
   std::optional<Response> Refuse(const Request& request) override;
   void Handle(const Request& request, Answered answered) override;
 

@@ -8,14 +8,17 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 
+#include "gateway/base/fair_places.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/log.h"
 #include "gateway/base/secrets.h"
 #include "gateway/base/system_trouble.h"
+#include "gateway/base/text.h"
 #include "gateway/base/whole_file.h"
 #include "gateway/records/audit/audited_writes.h"
 
@@ -65,6 +68,35 @@ struct SecurityJournal::File {
     const MutexLock lock(mutex);
     rows.swap(waiting);
     return std::exchange(lost, 0);
+  }
+
+  /// Counts the row. False: there were too many of its kind, user and host in this minute.
+  bool MayAdd(const SecurityEvent& event, WallTime now) {
+    // Rows of all users and hosts beyond this number share one count.
+    constexpr std::size_t kMostCounts = 256;
+    std::string key = event.kind + "\n" + event.who + "\n" + HostOf(event.from);
+    const MutexLock lock(mutex);
+    if (counts.size() >= kMostCounts && !counts.contains(key)) key = "many\nothers\n";
+    Count& count = counts.try_emplace(key, Count{now, 0, event}).first->second;
+    count.last = event;
+    return ++count.rows <= kMostInAMinute;
+  }
+
+  /// Returns a row for each count whose minute is over, or for all, and begins new minutes.
+  std::vector<SecurityEvent> Folded(WallTime now, bool all) {
+    std::vector<SecurityEvent> rows;
+    const MutexLock lock(mutex);
+    std::erase_if(counts, [&](const auto& entry) {
+      const Count& count = entry.second;
+      if (!all && now - count.since < 1min && now >= count.since) return false;
+      if (count.rows > kMostInAMinute) {
+        rows.push_back(count.last);
+        rows.back().result = fmt::format("{} more in a minute, the last: {}",
+                                         count.rows - kMostInAMinute, rows.back().result);
+      }
+      return true;
+    });
+    return rows;
   }
 
   fs::path Folder() {
@@ -165,7 +197,14 @@ struct SecurityJournal::File {
     if (descriptor >= 0) ::close(descriptor);
   }
 
+  struct Count {
+    WallTime since{};
+    int rows = 0;
+    SecurityEvent last{};
+  };
+
   Mutex mutex;
+  std::map<std::string, Count> counts BAUDGATE_GUARDED_BY(mutex);
   fs::path its_folder BAUDGATE_GUARDED_BY(mutex);
   std::vector<Waiting> waiting BAUDGATE_GUARDED_BY(mutex);
   std::size_t lost BAUDGATE_GUARDED_BY(mutex) = 0;
@@ -194,14 +233,21 @@ void SecurityJournal::SetFolder(const fs::path& folder) {
 }
 
 SecurityJournal::~SecurityJournal() {
+  const WallTime now = ReadClocks().wall;
+  for (SecurityEvent& folded : file_->Folded(now, true)) Add(std::move(folded), now);
   Flush(1s);
   worker_.Leave();
 }
 
 void SecurityJournal::Note(SecurityEvent event, WallTime now) {
   for (std::string* text : {&event.who, &event.from, &event.what, &event.result}) {
-    *text = Clipped(std::move(*text));
+    *text = Clipped(WithoutControls(*text));
   }
+  for (SecurityEvent& folded : file_->Folded(now, false)) Add(std::move(folded), now);
+  if (file_->MayAdd(event, now)) Add(std::move(event), now);
+}
+
+void SecurityJournal::Add(SecurityEvent event, WallTime now) {
   log::WriteAct(
       log::Level::info,
       {.fields = {{"SECURITY", event.kind}, {"WHO", event.who}, {"FROM", event.from}}},

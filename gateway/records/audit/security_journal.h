@@ -39,6 +39,7 @@ class SecurityJournal {
   static constexpr const char* kOldFile = "security.1.jsonl";
   /// A file that has reached this size becomes kOldFile, and replaces the file before.
   static constexpr std::size_t kMostBytes = std::size_t{4} << 20U;
+  static constexpr int kMostInAMinute = 10;
   /// Rows that can wait for the disk. Further rows are only in the log; the file gets their number.
   static constexpr std::size_t kMostWaiting = 1024;
 
@@ -52,13 +53,17 @@ class SecurityJournal {
 
   /// Sets the folder if there is none yet. Any thread may call it.
   void SetFolder(const std::filesystem::path& folder);
-  /// Adds a row. Any thread may call it; it does not wait for the disk. Texts are cut at 240 bytes.
+  /// Adds a row. Any thread may call it; it does not wait for the disk. Texts are cut at 240 bytes,
+  /// and control characters in them are replaced (WithoutControls). Of rows with the same kind,
+  /// user and host, kMostInAMinute are added in a minute; the others are counted, and their number
+  /// is a row at the end of the minute.
   void Note(SecurityEvent event, WallTime now);
   /// Waits until all rows are on the disk. False: `patience` has passed before.
   bool Flush(Duration patience);
 
  private:
   struct File;
+  void Add(SecurityEvent event, WallTime now);
   // The thread can outlive this object while the disk hangs.
   const std::shared_ptr<File> file_;
   Worker worker_;

@@ -58,6 +58,7 @@ TEST(UserFile, IsReadAsItIsWritten) {
   EXPECT_EQ(again->Text(), file.Text());
   EXPECT_TRUE(HasHash("correct horse", again->Find("anna")->hash));
   EXPECT_FALSE(HasHash("correct horse ", again->Find("anna")->hash));
+  EXPECT_FALSE(HasHash(std::string("correct horse\0x", 15), again->Find("anna")->hash));
   EXPECT_EQ(again->Find("@scada")->role, Role::viewer);
   EXPECT_EQ(again->tokens().at(0).digest, Sha256Hex(*token));
 }
@@ -83,6 +84,8 @@ TEST(UserFile, RefusesShortPasswordsAndStrangeNames) {
   UserFile file;
   EXPECT_THAT(file.Set("anna", Role::viewer, "short").error(), HasSubstr("needs 8 to 256"));
   EXPECT_THAT(file.Set("an na", Role::viewer, "long enough").error(), HasSubstr("is not a name"));
+  EXPECT_THAT(file.Set("anna", Role::viewer, std::string("long\0enough", 11)).error(),
+              HasSubstr("NUL"));
   EXPECT_THAT(file.Set("@", Role::viewer, "").error(), HasSubstr("is not a name"));
   EXPECT_THAT(file.AddToken("anna", kNow).error(), HasSubstr("baudgate users add anna"));
   EXPECT_THAT(file.users(), IsEmpty());
@@ -134,17 +137,43 @@ TEST_F(UserDirectoryTest, KnowsUsersByPasswordTokenAndGroup) {
   directory.SetFile(path_.string());
   EXPECT_TRUE(directory.is_used());
   EXPECT_THAT(directory.Trouble(), IsEmpty());
-  EXPECT_EQ(directory.ByPassword("anna", "correct horse")->role, Role::operating);
-  EXPECT_EQ(directory.ByPassword("anna", "wrong horse"), std::nullopt);
-  EXPECT_EQ(directory.ByPassword("meter", ""), std::nullopt) << "has no password";
-  EXPECT_EQ(directory.ByPassword("nobody", "correct horse"), std::nullopt);
-  EXPECT_EQ(directory.ByToken(token, kNow)->name, "meter");
-  EXPECT_EQ(directory.ByToken(token, kNow + 24h), std::nullopt) << "has ended";
-  EXPECT_EQ(directory.ByToken("", kNow), std::nullopt);
+  EXPECT_EQ(directory.ByPassword("anna", "correct horse")->user.role, Role::operating);
+  EXPECT_FALSE(directory.ByPassword("anna", "wrong horse"));
+  EXPECT_FALSE(directory.ByPassword("meter", "")) << "has no password";
+  EXPECT_FALSE(directory.ByPassword("nobody", "correct horse"));
+  EXPECT_EQ(directory.ByToken(token, kNow)->user.name, "meter");
+  EXPECT_FALSE(directory.ByToken(token, kNow + 24h)) << "has ended";
+  EXPECT_FALSE(directory.ByToken("", kNow));
   const std::array<gid_t, 2> groups = {1234567, 0};
   EXPECT_EQ(directory.OfSystemUser("anna", {}), Role::operating);
   EXPECT_EQ(directory.OfSystemUser("otto", groups), Role::engineer) << "by the group root";
   EXPECT_EQ(directory.OfSystemUser("otto", {}), Role::viewer);
+}
+
+TEST_F(UserDirectoryTest, ALoginHoldsUntilItsPasswordOrTokenChanges) {
+  UserFile file;
+  ASSERT_TRUE(file.Set("anna", Role::viewer, "correct horse"));
+  const std::string token = file.AddToken("anna", kNow + 24h).value();
+  Write(file);
+  UserDirectory before;
+  before.SetFile(path_.string());
+  const auto by_password = before.ByPassword("anna", "correct horse")->login;
+  const auto by_token = before.ByToken(token, kNow)->login;
+  EXPECT_EQ(before.RoleOf(by_password, kNow), Role::viewer);
+  EXPECT_EQ(before.RoleOf(by_token, kNow), Role::viewer);
+  EXPECT_EQ(before.RoleOf(by_token, kNow + 24h), std::nullopt) << "the token has ended";
+  ASSERT_TRUE(file.Set("anna", Role::engineer, "another horse"));
+  Write(file);
+  UserDirectory after;
+  after.SetFile(path_.string());
+  EXPECT_EQ(after.RoleOf(by_password, kNow), std::nullopt) << "the password was changed";
+  EXPECT_EQ(after.RoleOf(by_token, kNow), Role::engineer);
+  file.Remove("anna");
+  ASSERT_TRUE(file.Set("anna", Role::engineer, "another horse"));
+  Write(file);
+  UserDirectory again;
+  again.SetFile(path_.string());
+  EXPECT_EQ(again.RoleOf(by_token, kNow), std::nullopt) << "a new user of the same name";
 }
 
 TEST_F(UserDirectoryTest, AFileThatOthersCanReadOrChangeIsNotUsed) {
@@ -154,7 +183,7 @@ TEST_F(UserDirectoryTest, AFileThatOthersCanReadOrChangeIsNotUsed) {
   UserDirectory directory;
   directory.SetFile(path_.string());
   EXPECT_THAT(directory.Trouble(), HasSubstr("chmod o= " + path_.string()));
-  EXPECT_EQ(directory.ByPassword("anna", "correct horse"), std::nullopt);
+  EXPECT_FALSE(directory.ByPassword("anna", "correct horse"));
   ::chmod(path_.c_str(), 0660);
   UserDirectory other;
   other.SetFile(path_.string());
@@ -164,7 +193,7 @@ TEST_F(UserDirectoryTest, AFileThatOthersCanReadOrChangeIsNotUsed) {
   UserDirectory absent;
   absent.SetFile(path_.string());
   EXPECT_THAT(absent.Trouble(), IsEmpty()) << "a file without users";
-  EXPECT_EQ(absent.RoleOf("anna"), std::nullopt);
+  EXPECT_FALSE(absent.ByPassword("anna", "correct horse"));
 }
 
 TEST_F(UserDirectoryTest, TheCommandAddsListsAndRemovesUsers) {

@@ -195,6 +195,17 @@ TEST_F(LoginsTest, SessionsAreListedAndCanBeEnded) {
   EXPECT_TRUE(logins_.Sessions(At(1min)).empty());
 }
 
+TEST_F(LoginsTest, OneUserDoesNotEndTheSessionsOfOthers) {
+  const Request one = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, At({})).cookie);
+  for (std::size_t i = 1; i < Logins::kMostOfUser; ++i) {
+    logins_.Open(From("10.0.0.7"), kRight, false, At(1s));
+  }
+  EXPECT_EQ(Check(one, 2s), Verdict::yes);
+  EXPECT_EQ(logins_.Sessions(At(2s)).size(), Logins::kMostOfUser);
+  logins_.Open(From("10.0.0.7"), kRight, false, At(3s));
+  EXPECT_EQ(logins_.Sessions(At(3s)).size(), Logins::kMostOfUser) << "the longest idle has ended";
+}
+
 class UserLoginsTest : public ::testing::Test {
  protected:
   UserLoginsTest() {
@@ -247,7 +258,7 @@ TEST_F(UserLoginsTest, ASessionEndsWhenItsUserIsRemoved) {
 TEST_F(LoginsTest, ASessionEndsWithTheLogoutAndWithTheToken) {
   const Request one = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, At({})).cookie);
   const Request other = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, At({})).cookie);
-  EXPECT_THAT(logins_.Close(one), HasSubstr("Max-Age=0"));
+  EXPECT_THAT(logins_.Close(one).cookie, HasSubstr("Max-Age=0"));
   EXPECT_EQ(Check(one), Verdict::no);
   EXPECT_EQ(Check(other), Verdict::yes);
   logins_.SetToken(kRight);
@@ -307,6 +318,8 @@ TEST_F(LoginsTest, AClientBehindATrustedProxyIsJudgedByItsOwnAddress) {
   EXPECT_EQ(client("10.0.0.7", "192.0.2.9"), "") << "not a trusted proxy";
   EXPECT_EQ(client("127.0.0.1", "192.0.2.9"), "");
   EXPECT_EQ(client("10.0.0.5", "unknown"), "");
+  EXPECT_EQ(client("10.0.0.5", "192.0.2.9:4444"), "192.0.2.9");
+  EXPECT_EQ(client("10.0.0.5", "[2001:db8::1]:4444"), "2001:db8::1");
   EXPECT_EQ(client("10.0.0.5", ""), "");
   Request request = From("10.0.0.5");
   for (int i = 0; i < 5; ++i) logins_.Open(request, "wrong", false, At({}));

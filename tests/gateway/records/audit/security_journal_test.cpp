@@ -58,6 +58,32 @@ TEST_F(SecurityJournalTest, RowsAreChainedAcrossRestarts) {
   EXPECT_THAT(check->last_hash, SizeIs(64));
 }
 
+TEST_F(SecurityJournalTest, ManyRowsOfOneUserAndHostAreCounted) {
+  {
+    SecurityJournal journal(folder_);
+    const auto note = [&](const char* who, const char* from, Duration at) {
+      journal.Note({"logout", who, from, "page", "ok"}, WallTime(at));
+    };
+    for (int i = 0; i < 1000; ++i) note("vera", "10.0.0.7:1", 1s);
+    note("anna", "10.0.0.7:1", 2s);
+    note("vera", "10.0.0.8:1", 3s);
+    note("vera", "10.0.0.7:2", 70s);
+  }
+  const auto rows = VerifyJournal(folder_).value().rows;
+  ASSERT_THAT(rows, SizeIs(SecurityJournal::kMostInAMinute + 4));
+  EXPECT_EQ(rows[12].event.result, "990 more in a minute, the last: ok");
+}
+
+TEST_F(SecurityJournalTest, NamesOfClientsForgeNoRows) {
+  {
+    SecurityJournal journal(folder_);
+    journal.Note({"login", "x\n99 login \x1B[31m\xE2\x80\xAEolga", "", "page", "ok"}, WallTime(1s));
+  }
+  const auto rows = VerifyJournal(folder_).value().rows;
+  ASSERT_THAT(rows, SizeIs(1));
+  EXPECT_EQ(rows[0].event.who, "x\\x0A99 login \\x1B[31m\\xE2\\x80\\xAEolga");
+}
+
 TEST_F(SecurityJournalTest, AChangedRowIsFound) {
   Write(3);
   std::string text = Text();
@@ -92,8 +118,11 @@ TEST_F(SecurityJournalTest, AFullFileIsReplacedAndTheChainGoesOn) {
     SecurityJournal journal(folder_);
     const std::string what(200, 'x');
     std::size_t written = row.size();
+    int number = 0;  // one row in seven seconds, so that none is only counted
     while (written < SecurityJournal::kMostBytes + 100'000) {
-      for (int i = 0; i < 500; ++i) journal.Note({"login", "a", "b", what, "ok"}, WallTime(1s));
+      for (int i = 0; i < 500; ++i) {
+        journal.Note({"login", "a", "", what, "ok"}, WallTime(7s * ++number));
+      }
       written += 500 * (row.size() + what.size());
       ASSERT_TRUE(journal.Flush(20s));
     }
