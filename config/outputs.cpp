@@ -180,17 +180,21 @@ void ReadTokenFile(const YamlNode& node, Web& web, Problems& problems) {
 /// Reads `certificate`, `key` and `client_ca`, the files of TLS.
 void ReadWebTls(MapReader& map, Web& web) {
   constexpr const char* kExample = "/etc/baudgate/web/gateway.pem";
-  if (!map.Has("certificate")) {
-    for (const std::string key : {"key", "client_ca"}) {
-      map.Refuse(key, key + ": has no effect without certificate; add certificate: " + kExample);
-    }
-    return;
-  }
   web.certificate = ReadAbsolutePath(map, "certificate", kExample);
-  web.certificate_mark = map.MarkOf("certificate");
-  map.Need("key", "/etc/baudgate/web/gateway.key");
   web.key = ReadAbsolutePath(map, "key", "/etc/baudgate/web/gateway.key");
   web.client_ca = ReadAbsolutePath(map, "client_ca", "/etc/baudgate/web/ca.pem");
+  if (map.Has("certificate")) {
+    web.certificate_mark = map.MarkOf("certificate");
+    if (!map.Has("key")) map.Need("key", "/etc/baudgate/web/gateway.key");
+    return;
+  }
+  for (const std::string key : {"key", "client_ca"}) {
+    if (!map.Has(key)) continue;
+    map.problems().Error(map.MarkOf(key), key +
+                                              ": has no effect without certificate; add "
+                                              "certificate: " +
+                                              kExample);
+  }
 }
 
 /// Reads the key `users`:

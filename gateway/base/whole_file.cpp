@@ -33,7 +33,9 @@ int WriteWhole(const std::filesystem::path& file, std::string_view text) {
   if (::unlink(part.c_str()) != 0 && errno != ENOENT) return errno;
   const int out = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0640);
   if (out < 0) return errno;
-  int error = 0;
+  struct stat before {};
+  if (::stat(file.c_str(), &before) == 0) (void)!::fchown(out, before.st_uid, before.st_gid);
+  int error = ::fchmod(out, 0640) == 0 ? 0 : errno;
   while (!text.empty() && error == 0) {
     const auto written = ::write(out, text.data(), text.size());
     if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));

@@ -10,7 +10,8 @@
 
 namespace baudgate {
 
-/// Writes FILE.part and renames it to `file`, readable for owner and group. Returns an errno; 0:
+/// Writes FILE.part and renames it to `file`, readable for owner and group (0640, whatever the
+/// umask). A file that exists keeps its owner and group. Returns an errno; 0:
 /// the file is written and synced. A failed sync of the folder is ignored.
 int WriteWhole(const std::filesystem::path& file, std::string_view text);
 

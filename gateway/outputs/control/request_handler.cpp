@@ -547,8 +547,6 @@ std::string ResultOf(const status::Json& answer) {
 std::string DenialText(const bus::Writer& client, const Command& command) {
   return client.name + " has the role " + std::string(Name(*client.role)) + ", and '" +
          std::string(command.name) + "' needs the role " +
-         std::string(Name(NeededFor(command.act))) +
-         "; an administrator can change it: baudgate users add NAME --role " +
          std::string(Name(NeededFor(command.act)));
 }
 
@@ -582,7 +580,7 @@ Reply RequestHandler::Answer(std::string_view request, const bus::Writer& client
       present->info.journal->Note({"denied", client.name, {}, WhatOf(*command, json), why},
                                   now.wall);
     }
-    return Refused(kDenied, why);
+    return Refused(kDenied, why + "; an administrator changes roles with: baudgate users add");
   }
   if (command->reads_disk && reader_) {
     return reader_->Ask(*command, present, json, client, now, later);

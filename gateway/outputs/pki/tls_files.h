@@ -41,9 +41,14 @@ std::string EndsSoon(const std::string& file, WallTime until, WallTime now);
 
 inline constexpr Duration kServerValidity = 730 * 24h;
 
+/// Returns the host names and addresses of a certificate (subjectAltName), as WriteServerFiles
+/// takes them; empty: the file has none or cannot be read.
+std::vector<std::string> NamesIn(const std::string& certificate);
+
 /// Writes DIR/ca.key and DIR/ca.pem, unless they exist, and DIR/gateway.key and DIR/gateway.pem,
 /// which are renewed if they exist. `names`: the host names and addresses in the certificate; the
-/// first is its CN. Returns the files that were written.
+/// first is its CN. Returns the files that were written. An error: a name is none, or the key of
+/// the authority is missing or belongs to another certificate.
 Result<std::vector<std::string>> WriteServerFiles(const std::string& folder,
                                                   const std::vector<std::string>& names,
                                                   WallTime now);

@@ -215,10 +215,15 @@ void UserDirectory::Refresh() {
     seen = fmt::format("{} {} {}.{}", its.st_ino, its.st_size, its.st_mtim.tv_sec,
                        its.st_mtim.tv_nsec);
   }
-  if (seen == seen_ && trouble_.empty()) return;
+  if (seen == seen_ && (trouble_.empty() || seen == "absent")) return;
   seen_ = std::move(seen);
   auto read = UserFile::Read(path_);
-  const std::string trouble = read ? std::string() : read.error();
+  std::string trouble = read ? std::string() : read.error();
+  if (read && read->users().empty()) {
+    trouble =
+        "the users file " + path_ +
+        " has no users, so nobody can log in; add one: baudgate users add NAME --role engineer";
+  }
   file_ = read ? std::move(*read) : UserFile();
   groups_.clear();
   for (const User& user : file_.users()) {

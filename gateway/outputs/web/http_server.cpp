@@ -189,6 +189,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
   const pki::TlsTexts tls_;
   const BytesUnderWay bytes_ = std::make_shared<std::atomic<std::size_t>>(0);
   MHD_Daemon* daemon_ = nullptr;
+  bool socket_taken_ = false;
   mutable Mutex mutex_;
   bool stopping_ BAUDGATE_GUARDED_BY(mutex_) = false;
   Connections::Id last_ BAUDGATE_GUARDED_BY(mutex_) = 0;
@@ -229,8 +230,11 @@ Status HttpServer::Impl::Start(transports::ListenSocket socket) {
   return Error{"web: the server cannot be started: the system has no threads or files left"};
 }
 
+/// Returns the listening socket once. libmicrohttpd would return the same number again, although
+/// its new owner may have closed it.
 int HttpServer::Impl::TakeSocket() {
-  return daemon_ == nullptr ? MHD_INVALID_SOCKET : MHD_quiesce_daemon(daemon_);
+  const bool taken = std::exchange(socket_taken_, true);
+  return daemon_ == nullptr || taken ? MHD_INVALID_SOCKET : MHD_quiesce_daemon(daemon_);
 }
 
 void HttpServer::Impl::Stop() {

@@ -43,6 +43,11 @@ std::string HashIn(const std::string& line) {
   return at == std::string::npos ? std::string() : line.substr(at + kHashKey.size(), 64);
 }
 
+std::string TextOf(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
 std::vector<std::string> LinesOf(const std::string& text) {
   std::vector<std::string> lines;
   for (std::size_t at = 0; at < text.size();) {
@@ -132,14 +137,15 @@ struct SecurityJournal::File {
   /// Opens the file, and finds the last row, whose number and hash the next row continues. A row
   /// that a power failure has cut is removed.
   Status Open() {
-    if (descriptor >= 0) return {};
+    const fs::path path = folder / kFile;
+    if (descriptor >= 0 && IsAt(path)) return {};
+    if (descriptor >= 0) ::close(std::exchange(descriptor, -1));
     std::error_code error;
     fs::create_directories(folder, error);
-    const fs::path path = folder / kFile;
     const std::string text = ReadWhole(path).value_or(std::string());
     std::vector<std::string> lines = LinesOf(text);
     if (lines.empty()) lines = LinesOf(ReadWhole(folder / kOldFile).value_or(std::string()));
-    if (!lines.empty()) {
+    if (!lines.empty() && number == 0) {
       const Json last = Json::parse(lines.back(), nullptr, false);
       if (last.is_object() && last.contains("n") && last["n"].is_number_integer()) {
         number = last["n"].get<std::int64_t>();
@@ -154,6 +160,14 @@ struct SecurityJournal::File {
     }
     size = whole;
     return {};
+  }
+
+  /// False: the file was removed or replaced since it was opened.
+  bool IsAt(const fs::path& path) const {
+    struct stat its {};
+    struct stat found {};
+    return ::fstat(descriptor, &its) == 0 && ::stat(path.c_str(), &found) == 0 &&
+           its.st_dev == found.st_dev && its.st_ino == found.st_ino;
   }
 
   std::string LineOf(const Waiting& row) {
@@ -190,6 +204,8 @@ struct SecurityJournal::File {
   Status Fail() {
     const int error = errno;
     ::close(std::exchange(descriptor, -1));
+    number = 0;  // the chain goes on behind the last row that the file has
+    hash.clear();
     return Error{SystemTrouble(error)};
   }
 
@@ -284,27 +300,36 @@ Result<JournalCheck> VerifyJournal(const fs::path& folder) {
   bool any = false;
   for (const char* const name : {SecurityJournal::kOldFile, SecurityJournal::kFile}) {
     const auto text = ReadWhole(folder / name);
-    if (!text) continue;
+    if (!text && errno == ENOENT) continue;
+    if (!text && errno == EACCES) {
+      return Error{(folder / name).string() +
+                   " cannot be read: permission denied; run the command as root or as a member of "
+                   "the group baudgate"};
+    }
+    if (!text) {
+      check.faults.push_back((folder / name).string() + " cannot be read: " + SystemTrouble(errno));
+      continue;
+    }
     const auto fault = [&](std::size_t line, const std::string& what) {
-      check.faults.push_back(fmt::format("{}:{}: {}", name, line, what));
+      check.faults.push_back(fmt::format("{}:{}: {}", (folder / name).string(), line, what));
     };
     const std::vector<std::string> lines = LinesOf(*text);
     for (std::size_t i = 0; i < lines.size(); ++i) {
       const Json json = Json::parse(lines[i], nullptr, false);
       const std::string body = BodyOf(lines[i]);
-      if (!json.is_object() || body.empty() || Sha256Hex(body) != HashIn(lines[i])) {
+      const bool whole = json.is_object() && json.contains("n") && json["n"].is_number_integer();
+      if (!whole || body.empty() || Sha256Hex(body) != HashIn(lines[i])) {
         fault(i + 1, "the row was changed");
         check.last_hash = HashIn(lines[i]);
         ++number;
         continue;
       }
-      JournalRow row{json.value("n", std::int64_t{0}),
-                     json.value("time", std::string()),
-                     {json.value("kind", std::string()), json.value("who", std::string()),
-                      json.value("from", std::string()), json.value("what", std::string()),
-                      json.value("result", std::string())}};
-      const bool follows = !any || (row.number == number + 1 &&
-                                    json.value("prev", std::string()) == check.last_hash);
+      JournalRow row{json["n"].get<std::int64_t>(),
+                     TextOf(json, "time"),
+                     {TextOf(json, "kind"), TextOf(json, "who"), TextOf(json, "from"),
+                      TextOf(json, "what"), TextOf(json, "result")}};
+      const bool follows =
+          !any || (row.number == number + 1 && TextOf(json, "prev") == check.last_hash);
       if (!follows) fault(i + 1, "rows before this row are missing or were changed");
       any = true;
       number = row.number;
@@ -314,8 +339,8 @@ Result<JournalCheck> VerifyJournal(const fs::path& folder) {
     if (!text->empty() && text->back() != '\n') fault(lines.size() + 1, "the last row is cut");
   }
   if (!any && check.faults.empty()) {
-    return Error{"no security journal can be read in " + folder.string() +
-                 "; run the command as root or as a member of the group baudgate"};
+    return Error{"there is no security journal in " + folder.string() +
+                 " yet; check that gateway.name and gateway.state are those of the gateway"};
   }
   return check;
 }

@@ -29,7 +29,7 @@ struct SecurityEvent {
   std::string kind;    ///< login, logout, session, host, command, denied
   std::string who;     ///< user, or client as in WriteCommand::client
   std::string from;    ///< address; empty: this machine
-  std::string what;    ///< what was done, e.g. "disable bay-1.feeder-1"
+  std::string what;    ///< the act, e.g. "disable bay-1.feeder-1"
   std::string result;  ///< "ok", or why not
 };
 
@@ -54,9 +54,9 @@ class SecurityJournal {
   /// Sets the folder if there is none yet. Any thread may call it.
   void SetFolder(const std::filesystem::path& folder);
   /// Adds a row. Any thread may call it; it does not wait for the disk. Texts are cut at 240 bytes,
-  /// and control characters in them are replaced (WithoutControls). Of rows with the same kind,
-  /// user and host, kMostInAMinute are added in a minute; the others are counted, and their number
-  /// is a row at the end of the minute.
+  /// and control characters in them are replaced (WithoutControls). At most kMostInAMinute
+  /// rows with the same kind, user and host are added in a minute; the others are counted, and
+  /// their number is a row at the end of the minute.
   void Note(SecurityEvent event, WallTime now);
   /// Waits until all rows are on the disk. False: `patience` has passed before.
   bool Flush(Duration patience);
@@ -80,7 +80,7 @@ struct JournalCheck {
   std::vector<JournalRow> rows;
   /// One sentence for each fault: "security.jsonl:12: the row was changed".
   std::vector<std::string> faults;
-  std::string last_hash;  ///< of the last row, to compare with the log on another machine
+  std::string last_hash;  ///< hash of the last row: compare it with the log on another machine
 };
 
 /// Reads and checks kOldFile and kFile in `folder`. An error: no file can be read.

@@ -84,6 +84,7 @@ int RunServerCerts(const ServerCertsOptions& options, std::ostream& out, std::os
   std::error_code error;
   const std::string folder = fs::absolute(options.directory, error).lexically_normal().string();
   std::vector<std::string> names = options.names;
+  if (names.empty()) names = pki::NamesIn(folder + "/gateway.pem");
   if (names.empty()) {
     std::array<char, 256> host{};
     if (::gethostname(host.data(), host.size() - 1) == 0) names.emplace_back(host.data());

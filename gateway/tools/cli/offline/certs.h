@@ -35,7 +35,8 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err);
 
 struct ServerCertsOptions {
   std::string directory;
-  /// Host names and addresses of the gateway; empty: the name of this machine, and 127.0.0.1.
+  /// Host names and addresses of the gateway. Empty: those of the certificate that is renewed, else
+  /// the name of this machine, localhost and 127.0.0.1.
   std::vector<std::string> names;
 };
 

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/offline/users.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <grp.h>
-#include <sys/stat.h>
+#include <sys/file.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -28,31 +31,22 @@
 namespace baudgate::tools {
 namespace {
 
-/// Reads a line from the terminal without showing it. Ctrl-C ends the input, and the terminal gets
-/// its settings back. Empty: the input was ended.
+/// Reads a line from the terminal without showing it. Ctrl-C and Ctrl-D end the input, and the
+/// terminal gets its settings back. Empty: the input was ended.
 std::optional<std::string> AskHidden(const char* prompt, std::ostream& err) {
   termios before{};
   if (::tcgetattr(STDIN_FILENO, &before) != 0) return std::nullopt;
   termios hidden = before;
-  hidden.c_lflag &= ~static_cast<tcflag_t>(ECHO | ISIG | ICANON);
+  hidden.c_lflag &= ~static_cast<tcflag_t>(ECHO | ISIG);
   err << prompt << std::flush;
   ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &hidden);
-  std::optional<std::string> text = std::string();
-  for (char c = 0; ::read(STDIN_FILENO, &c, 1) == 1 && c != '\n' && c != '\r';) {
-    constexpr char kCtrlC = 3;
-    constexpr char kBackspace = 127;
-    if (c == kCtrlC) {
-      text.reset();
-      break;
-    }
-    if (c != kBackspace) {
-      *text += c;
-    } else if (!text->empty()) {
-      text->pop_back();
-    }
-  }
+  std::string text;
+  char c = 0;
+  while (::read(STDIN_FILENO, &c, 1) == 1 && c != '\n') text += c;
   ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &before);
   err << '\n';
+  constexpr char kCtrlC = 3;
+  if (c != '\n' || text.find(kCtrlC) != std::string::npos) return std::nullopt;
   return text;
 }
 
@@ -74,24 +68,43 @@ std::optional<std::string> Password(std::istream& in, std::ostream& err) {
   return std::nullopt;
 }
 
-/// Writes the file. The file keeps its group; a new file gets the group `baudgate` if there is one,
-/// so that the service can read it.
+/// Writes the file. A new file gets the group `baudgate` if there is one, so that the service can
+/// read it.
 bool Write(const users::UserFile& users, const std::string& file, std::ostream& err) {
-  struct stat before {};
-  const bool existed = ::stat(file.c_str(), &before) == 0;
+  const bool existed = ::access(file.c_str(), F_OK) == 0;
   const int error = WriteWhole(file, users.Text());
   if (error != 0) {
-    err << "users: " << file << " cannot be written: " << SystemTrouble(error) << '\n';
+    err << "users: " << file << " cannot be written: " << SystemTrouble(error);
+    const auto folder = std::filesystem::path(file).parent_path().string();
+    if (error == ENOENT) err << "; make the folder: sudo install -d " << folder;
+    err << '\n';
     return false;
   }
   const group* const service = existed ? nullptr : ::getgrnam("baudgate");
-  const gid_t gid = existed ? before.st_gid : service != nullptr ? service->gr_gid : ::getegid();
-  if (gid != ::getegid() && ::chown(file.c_str(), static_cast<uid_t>(-1), gid) != 0) {
+  if (service != nullptr && ::chown(file.c_str(), static_cast<uid_t>(-1), service->gr_gid) != 0) {
     err << "users: the gateway may not be able to read " << file << "; run: sudo chgrp baudgate "
         << file << '\n';
   }
   return true;
 }
+
+/// Holds the lock of the users file, so that two commands do not undo each other's changes.
+class Lock {
+ public:
+  explicit Lock(const std::string& file)
+      : descriptor_(
+            ::open((file + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600)) {
+    if (descriptor_ >= 0) (void)::flock(descriptor_, LOCK_EX);
+  }
+  ~Lock() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+
+ private:
+  const int descriptor_;
+};
 
 void Print(const users::UserFile& users, std::ostream& out) {
   std::size_t width = 4;
@@ -113,6 +126,25 @@ void Print(const users::UserFile& users, std::ostream& out) {
 
 int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, std::ostream& err) {
   using What = UsersOptions::What;
+  const auto role = RoleNamed(options.role);
+  std::optional<std::string> password = std::string();
+  if (options.what == What::add) {
+    if (!role) {
+      err << "users: " << Quoted(options.role)
+          << " is not a role; roles: viewer, operator, engineer, auditor\n";
+      return kExitUsage;
+    }
+    const bool is_group = options.name.starts_with('@');
+    if (is_group && ::getgrnam(options.name.c_str() + 1) == nullptr) {
+      err << "users: this system has no group " << Quoted(options.name.substr(1)) << '\n';
+      return kExitUsage;
+    }
+    // Asked for before the file is locked and read, because a person takes time.
+    if (!options.no_password && !is_group) password = Password(in, err);
+    if (!password) return kExitUsage;
+  }
+  std::optional<Lock> lock;
+  if (options.what != What::list) lock.emplace(options.file);
   auto users = users::UserFile::Read(options.file);
   if (!users) {
     err << "users: " << users.error() << '\n';
@@ -144,23 +176,13 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
           << ".\n";
       break;
     }
-    case What::add: {
-      const auto role = RoleNamed(options.role);
-      if (!role) {
-        err << "users: " << Quoted(options.role)
-            << " is not a role; roles: viewer, operator, engineer, auditor\n";
-        return kExitUsage;
-      }
-      const bool needs_password = !options.no_password && !options.name.starts_with('@');
-      const auto password = needs_password ? Password(in, err) : std::string();
-      if (!password) return kExitUsage;
+    case What::add:
       if (const Status status = users->Set(options.name, *role, *password); !status) {
         err << "users: " << status.error() << '\n';
         return kExitUsage;
       }
       done = fmt::format("{} has the role {}", options.name, options.role);
       break;
-    }
   }
   users->DropOld(now);
   if (!Write(*users, options.file, err)) return kExitCanNot;
@@ -200,8 +222,9 @@ int RunAudit(const JournalOptions& options, const config::Catalog& catalog, std:
   }
   for (const std::string& fault : check->faults) err << "audit: " << fault << '\n';
   if (options.verify && check->faults.empty()) {
-    out << fmt::format("{} rows, none was changed; the hash of the last row is {}\n",
-                       check->rows.size(), check->last_hash);
+    out << fmt::format("rows {} to {}: none was changed or is missing; the hash of row {} is {}\n",
+                       check->rows.front().number, check->rows.back().number,
+                       check->rows.back().number, check->last_hash);
   }
   return check->faults.empty() ? kExitDone : 1;
 }

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 #include "gateway/base/secrets.h"
 #include "gateway/tools/cli/offline/users.h"
@@ -192,7 +193,7 @@ TEST_F(UserDirectoryTest, AFileThatOthersCanReadOrChangeIsNotUsed) {
   fs::remove(path_);
   UserDirectory absent;
   absent.SetFile(path_.string());
-  EXPECT_THAT(absent.Trouble(), IsEmpty()) << "a file without users";
+  EXPECT_THAT(absent.Trouble(), HasSubstr("has no users, so nobody can log in"));
   EXPECT_FALSE(absent.ByPassword("anna", "correct horse"));
 }
 
@@ -215,6 +216,22 @@ TEST_F(UserDirectoryTest, TheCommandAddsListsAndRemovesUsers) {
   EXPECT_THAT(list, HasSubstr("anna  operator  set       20"));
   EXPECT_EQ(Run({.what = What::remove, .file = {}, .name = "anna"}).code, 0);
   EXPECT_EQ(Run({.what = What::remove, .file = {}, .name = "anna"}).code, 2);
+}
+
+TEST_F(UserDirectoryTest, CommandsAtTheSameTimeDoNotUndoEachOther) {
+  std::vector<std::thread> commands;
+  for (int i = 0; i < 8; ++i) {
+    commands.emplace_back([this, i] {
+      const tools::UsersOptions add{.what = What::add,
+                                    .file = {},
+                                    .name = "user" + std::to_string(i),
+                                    .role = "viewer",
+                                    .no_password = true};
+      EXPECT_EQ(Run(add).code, 0);
+    });
+  }
+  for (std::thread& command : commands) command.join();
+  EXPECT_THAT(UserFile::Read(path_)->users(), SizeIs(8));
 }
 
 TEST_F(UserDirectoryTest, TheCommandRefusesWhatItCannotDo) {

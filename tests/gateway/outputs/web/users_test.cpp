@@ -110,6 +110,28 @@ TEST_F(WebUsersTest, OnlyARoleThatMayWritesAPoint) {
   EXPECT_EQ(Client().Post("/api/v1/write", "{}", As("anna")).status, 400);
 }
 
+TEST_F(WebUsersTest, AStreamEndsWithItsLogin) {
+  Start();
+  Reply login = Client().Post("/login", R"({"user":"vera","password":"correct horse"})");
+  const std::string cookie = login.headers["set-cookie"];
+  const std::string vera = "Cookie: " + cookie.substr(0, cookie.find(';')) + "\r\n";
+  HttpClient stream = Client();
+  ASSERT_EQ(stream.Open("/api/v1/points/stream", vera).status, 200);
+  EXPECT_TRUE(stream.NextEvent());
+  EXPECT_EQ(Client().Post("/logout", "", vera).status, 204);
+  while (stream.NextEvent()) {
+  }
+}
+
+TEST_F(WebUsersTest, ARequestWithoutContentTakesAPlaceWhateverItsLength) {
+  limits_.connections = 1;
+  Start();
+  HttpClient first = Client();
+  const std::string length = "Content-Length: 00\r\n";
+  ASSERT_EQ(first.Open("/api/v1/points/stream", As("vera") + length).status, 200);
+  EXPECT_EQ(Get("/api/v1/status", As("vera") + length).status, 503);
+}
+
 TEST_F(WebUsersTest, AnEngineerListsAndEndsSessions) {
   Start();
   Reply login = Client().Post("/login", R"({"user":"vera","password":"correct horse"})");
@@ -188,6 +210,14 @@ TEST_F(WebUsersTest, ThePageSpeaksTls) {
   EXPECT_EQ(GetByTls(port_, ca, "/", TLS1_1_VERSION), "");
   EXPECT_EQ(GetByTls(port_, folder_ / "absent", "/"), "") << "another authority";
   EXPECT_EQ(Get("/").status, 0) << "without TLS";
+  // A renewed certificate: the connections end, the port stays.
+  ASSERT_TRUE(pki::WriteServerFiles(folder_ / "tls", {"localhost"}, ReadClocks().wall));
+  for (int renewal = 0; renewal < 2; ++renewal) {
+    const auto renewed = WebServer::Open(config_.web, &config_.web);
+    ASSERT_TRUE(renewed) << renewed.error();
+    EXPECT_TRUE(server_->Apply(Running(), {{}, {}, renewed->tls}, nullptr));
+    EXPECT_THAT(GetByTls(port_, ca, "/"), HasSubstr("200 OK"));
+  }
   config_.web.client_ca = ca;
   const auto opened = WebServer::Open(config_.web, &config_.web);
   ASSERT_TRUE(opened) << opened.error();
@@ -211,6 +241,20 @@ TEST_F(WebUsersTest, FilesOfTlsAreCheckedBeforeTheyAreUsed) {
   EXPECT_THAT(error(a / "absent", a / "gateway.key"), HasSubstr("absent cannot be read"));
   ::chmod((a / "gateway.key").c_str(), 0644);
   EXPECT_THAT(error(a / "gateway.pem", a / "gateway.key"), HasSubstr("chmod o= "));
+  EXPECT_THAT(pki::NamesIn((folder_ / "b/gateway.pem").string()),
+              ::testing::ElementsAre("localhost"));
+  const auto made = [&](const std::vector<std::string>& names) {
+    const auto files = pki::WriteServerFiles(a.string(), names, ReadClocks().wall);
+    return files ? std::string() : files.error();
+  };
+  EXPECT_EQ(made({"*.example.com", "10.0.0.7", "2001:db8::1"}), "");
+  for (const char* name : {"http://g:1", "10.0.0.300", "a,b", ""}) {
+    EXPECT_THAT(made({name}), HasSubstr("is not a host name or an address")) << name;
+  }
+  fs::rename(a / "ca.key", a / "ca.key.apart");
+  EXPECT_THAT(made({"localhost"}), HasSubstr("ca.key is missing"));
+  fs::copy_file(folder_ / "b/ca.key", a / "ca.key");
+  EXPECT_THAT(made({"localhost"}), HasSubstr("does not belong to"));
   const WallTime now = ReadClocks().wall;
   EXPECT_EQ(pki::EndsSoon("f", now + 31 * 24h, now), "");
   EXPECT_THAT(pki::EndsSoon("f", now + 29 * 24h, now), HasSubstr("the certificate f ends on"));

@@ -9,6 +9,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "gateway/base/secrets.h"
+
 namespace baudgate::audit {
 namespace {
 
@@ -72,6 +74,33 @@ TEST_F(SecurityJournalTest, ManyRowsOfOneUserAndHostAreCounted) {
   const auto rows = VerifyJournal(folder_).value().rows;
   ASSERT_THAT(rows, SizeIs(SecurityJournal::kMostInAMinute + 4));
   EXPECT_EQ(rows[12].event.result, "990 more in a minute, the last: ok");
+}
+
+TEST_F(SecurityJournalTest, ARemovedFileIsMadeAgainAndTheChainGoesOn) {
+  SecurityJournal journal(folder_);
+  const auto note = [&] {
+    journal.Note({"login", "anna", "", "page", "ok"}, WallTime(1s));
+    EXPECT_TRUE(journal.Flush(20s));
+  };
+  note();
+  fs::remove(folder_ / SecurityJournal::kFile);
+  note();
+  const auto check = VerifyJournal(folder_);
+  ASSERT_TRUE(check);
+  EXPECT_THAT(check->faults, IsEmpty());
+  ASSERT_THAT(check->rows, SizeIs(1));
+  EXPECT_EQ(check->rows[0].number, 2) << "shows that a row is missing before it";
+}
+
+TEST_F(SecurityJournalTest, AnUnreadableFileAndAForgedNumberAreFaults) {
+  Write(1);
+  fs::rename(folder_ / SecurityJournal::kFile, folder_ / SecurityJournal::kOldFile);
+  fs::create_directory(folder_ / SecurityJournal::kFile);
+  EXPECT_THAT(Faults(), ElementsAre(HasSubstr("security.jsonl cannot be read")));
+  fs::remove(folder_ / SecurityJournal::kFile);
+  const std::string body = R"({"n":"x","prev":""})";
+  Replace(body.substr(0, body.size() - 1) + R"(,"hash":")" + Sha256Hex(body) + "\"}\n");
+  EXPECT_THAT(Faults(), ElementsAre(HasSubstr("security.jsonl:1: the row was changed")));
 }
 
 TEST_F(SecurityJournalTest, NamesOfClientsForgeNoRows) {
