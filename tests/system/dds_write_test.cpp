@@ -123,7 +123,8 @@ TEST_F(DdsWrites, DuplicatesAreAnsweredAgainAlsoByANewProcess) {
   ASSERT_TRUE(Eventually([&] { return DdsStatus()["state"] == "up"; }));
   EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);
   EXPECT_EQ(Ask("io-1", "output_0", {"--value", "2.25"}), "1 ok \n");
-  EXPECT_THAT(Ask("io-1", "output_0", {"--value", "2.5"}), HasSubstr("1 denied this client has"));
+  EXPECT_THAT(Ask("io-1", "output_0", {"--value", "2.5"}),
+              HasSubstr("1 denied nothing was written, because this client has"));
   EXPECT_EQ(client_->Float(kIo, 0), 4.0F) << "done once";
 }
 
@@ -136,7 +137,7 @@ TEST_F(DdsWrites, TheSameRequestIsNotWrittenAgainByTheNextRun) {
   EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);
   EXPECT_EQ(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.25"}), "7 ok \n");
   EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.5"}),
-              HasSubstr("7 denied this client has"));
+              HasSubstr("7 denied nothing was written, because this client has"));
   EXPECT_EQ(client_->Float(kIo, 0), 4.0F) << "done once";
   std::vector<Json> records;
   ASSERT_TRUE(Eventually([&] { return (records = Records()).size() == 3; })) << records.size();

@@ -61,7 +61,7 @@ TEST(DconIdentification, APercentModuleIsNeverServedAsVolts) {
   const Answer answer = script.Run(Poll(0), {{"$01M", "!017017"}, {"$012", "!01080601"}});
   EXPECT_EQ(answer.then, Then::replan);
   EXPECT_EQ(script.trouble().reason, Reason::other_module);
-  EXPECT_NE(script.trouble().text.find("data format 'percent', but the profile has engineering"),
+  EXPECT_NE(script.trouble().text.find("data format is 'percent', but the profile has engineering"),
             std::string::npos)
       << script.trouble().text;
   ASSERT_EQ(script.talk()->Queries().size(), 1U);
@@ -79,7 +79,7 @@ TEST(DconIdentification, TypeFormatAndChecksumAreCompared) {
   const std::pair<const char*, const char*> kCases[] = {
       {"!010D0600", "type 0D measures in mA, but the profile has V for a"},
       {"!01080640", "the module's checksum is on, but the configuration has checksum: false"},
-      {"!01080602", "data format 'hex'"},
+      {"!01080602", "data format is 'hex'"},
   };
   for (const auto& [reply, text] : kCases) {
     Script script(TwoInputs());

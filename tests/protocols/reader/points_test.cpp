@@ -84,7 +84,7 @@ TEST(ReaderOptions, PolledPointsNeedCommands) {
   EXPECT_EQ(error(), "point 'identity': 'identity' needs commands: ask");
   device.points.pop_back();
   device.records = {{"transponder", {7}}};
-  EXPECT_THAT(error(), HasSubstr("record 'transponder' needs commands: ask"));
+  EXPECT_THAT(error(), ::testing::HasSubstr("record 'transponder' needs commands: ask"));
   device.options.Set("commands", std::string("ask"));
   EXPECT_EQ(error(), "");
   device.records[0].points.push_back(0);

@@ -289,7 +289,7 @@ const FaultRow kFaults[] = {
          return rtu;
        });
      },
-     "Modbus RTU come back. Set (protocol: modbus_rtu|that device to modbus_tcp)",
+     "Modbus RTU come back. Set (protocol: modbus_rtu|the device to modbus_tcp)",
      "gap|power|parity", true, IsTcp},
     {"TCP on RTU",
      [](Stage stage) {
@@ -299,7 +299,7 @@ const FaultRow kFaults[] = {
          return tcp;
        });
      },
-     "Modbus TCP come back. Set (protocol: modbus_tcp|that device to modbus_rtu)",
+     "Modbus TCP come back. Set (protocol: modbus_tcp|the device to modbus_rtu)",
      "gap|power|parity", true, IsRtu},
     {"transaction",
      [](Stage stage) {

@@ -100,7 +100,7 @@ TEST(SpaWrite, ClosesAfterADeadlineBeforeTheValueWasSent) {
   EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
   const Answer answer = Hear(talk, kWrite, "<1A:");
   EXPECT_EQ(answer.outcome, Outcome::busy) << "an answer, and no reason to wait for another";
-  EXPECT_EQ(answer.reason, "the write was not sent");
+  EXPECT_EQ(answer.reason, "nothing was written, because the device is busy; write again");
 }
 
 TEST(SpaWrite, ClosesAfterAReplyOfAnotherDevice) {

@@ -470,7 +470,7 @@ TEST(TelegramUnits, APointMustHaveTheUnitOfItsTelegram) {
     EXPECT_EQ(!loaded.ok(), row.wrong) << row.receive << " " << row.point << "\n" << said;
     if (!row.wrong) continue;
     EXPECT_NE(said.find("point 'p' has unit '"), std::string::npos) << said;
-    EXPECT_NE(said.find("of telegram 'w' says '"), std::string::npos) << said;
+    EXPECT_NE(said.find("of telegram 'w' is '"), std::string::npos) << said;
   }
 }
 

@@ -362,7 +362,7 @@ TEST_P(SecondReply, ACopyMistakenForTheNextReplyIsDetected) {
   doubled = false;
   line.always = {};
   ASSERT_FALSE(line.warnings.empty());
-  EXPECT_NE(line.warnings.back().find("second, different reply"), std::string::npos);
+  EXPECT_NE(line.warnings.back().find("two different replies"), std::string::npos);
   EXPECT_GE(line.StatusOf(0).doubled, 1U);
   EXPECT_TRUE(line.RunUntil([&] { return !is_wrong(); }, 600ms))
       << "without waiting for its period";

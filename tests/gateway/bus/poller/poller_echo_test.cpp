@@ -161,7 +161,7 @@ TEST(PollerEcho, ARingThatStopsEchoingIsReportedAsCut) {
   line.RunFor(20s);
   EXPECT_TRUE(line.status().cut_since);
   const auto told = std::ranges::count_if(line.warnings, [](const std::string& warning) {
-    return warning.find("ring is open") != std::string::npos;
+    return warning.find("does not echo any more") != std::string::npos;
   });
   EXPECT_EQ(told, 1);
   line.echo = Whole;

@@ -95,7 +95,7 @@ TEST_F(RequestBookTest, AForgottenRequestIsRefusedAndNeverRepeated) {
   Do(3);
   EXPECT_EQ(Begin(RequestOf(10)), What::refused);
   EXPECT_EQ(last_.answer.end, WriteEnd::denied);
-  EXPECT_THAT(last_.answer.reason, HasSubstr("only the last 32 requests are remembered"));
+  EXPECT_THAT(last_.answer.reason, HasSubstr("only the last 32 requests"));
   EXPECT_EQ(Begin(RequestOf(5)), What::refused) << "below what is forgotten";
   EXPECT_EQ(Begin(RequestOf(3)), What::answered);
   EXPECT_EQ(Begin(RequestOf(11)), What::answered);

@@ -195,7 +195,7 @@ TEST_F(DiagnoseTest, TheEndsOfConnectionsNameTheirCause) {
       {&Ends::shut, 2, 2, "The next connection was closed at once: end another client"},
       {&Ends::asked, 4, 0, "A request was under way each time: check load"},
       {&Ends::idle, 1, 3, "Check other clients of the server"},
-      {&Ends::idle, 1, 3, "Each lasted about 3.3 s: raise the limit", 3},
+      {&Ends::idle, 1, 3, "Each connection lasted about 3.3 s: raise the limit", 3},
   };
   for (const Row& row : table) {
     line_.ends = {};
@@ -307,7 +307,7 @@ TEST_F(MissedTest, ALineFullOfGoodExchangesIsReported) {
       << "both take as much";
   Neighbours().served = kWatched / 10;
   EXPECT_THAT(SayOfLine(),
-              ElementsAre("polls are missed: feeder-2 takes 44 % of the line's time, 38 ms an "
+              ElementsAre("polls are missed: feeder-2 takes 44 % of the line's time, 38 ms per "
                           "exchange. Poll it less often (poll), or ask for fewer points"));
   line_.busy = 4s;
   line_.bytes_in = 3000;

@@ -141,8 +141,8 @@ TEST_F(SecurityCheck, ReportsMissingAndDamagedFiles) {
 
 TEST_F(SecurityCheck, ReportsPermissionsOfAnotherSubject) {
   files_.permissions = folder_.In("subscriber-1/permissions.p7s");
-  EXPECT_THAT(Found(), ElementsAre("warning permissions: subscriber-1/permissions.p7s grants "
-                                   "nothing to CN=g, the subject of g/identity.pem"));
+  EXPECT_THAT(Found(), ElementsAre("warning permissions: subscriber-1/permissions.p7s has no "
+                                   "grant for CN=g, the subject of g/identity.pem"));
 }
 
 TEST_F(SecurityCheck, RecognisesAGovernanceWithUnprotectedMessages) {

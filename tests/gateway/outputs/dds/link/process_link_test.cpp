@@ -146,7 +146,7 @@ TEST_F(ProcessLinkAtASocket, TheProcessIsAskedToOpenBeforeItGetsSamples) {
   EXPECT_EQ(link_->writer()->session(), 0U);
   EXPECT_EQ(link_->writer()->Write(PointSample()), Sent::later);
   process.Send(EncodeBare(LinkKind::opened));
-  lines_.WaitFor("takes samples");
+  lines_.WaitFor("accepts samples");
   EXPECT_EQ(link_->writer()->Write(PointSample()), Sent::yes);
   EXPECT_EQ(ParseLink(process.Receive())->kind, LinkKind::point);
 }
@@ -174,7 +174,7 @@ TEST_F(ProcessLinkAtASocket, AMalformedMessageEndsTheLinkAndANewProcessMayConnec
   Played process(path_);
   process.Receive();
   process.Send(EncodeBare(LinkKind::opened));
-  lines_.WaitFor("takes samples");
+  lines_.WaitFor("accepts samples");
 }
 
 TEST(ProcessLink, RequestsAreForwardedWithAPlausibleTime) {
@@ -212,7 +212,7 @@ TEST(ProcessLink, RequestsAreForwardedWithAPlausibleTime) {
     EXPECT_GE(arrived[i].received, Instant() - 1h) << "nothing that overflows";
   }
   const ReplySample reply{"g", "c", 3, "ok", "", 1};
-  lines.WaitFor("takes samples");
+  lines.WaitFor("accepts samples");
   EXPECT_EQ(link->writer()->Write(reply), Sent::yes);
   EXPECT_EQ(ParseLink(process.Receive())->kind, LinkKind::reply);
   link->writer()->OnRequest({});
@@ -225,7 +225,7 @@ TEST_F(ProcessLinkAtASocket, ALeavingProcessIsReplacedByANewSession) {
     Played process(path_);
     process.Receive();
     process.Send(EncodeBare(LinkKind::opened));
-    lines_.WaitFor("takes samples");
+    lines_.WaitFor("accepts samples");
     EXPECT_EQ(link_->writer()->session(), 1U);
   }
   EXPECT_EQ(lines_.WaitFor("the process "), "the process closed the link");
@@ -233,7 +233,7 @@ TEST_F(ProcessLinkAtASocket, ALeavingProcessIsReplacedByANewSession) {
   Played process(path_);
   process.Receive();
   process.Send(EncodeBare(LinkKind::opened));
-  lines_.WaitFor("takes samples");
+  lines_.WaitFor("accepts samples");
   EXPECT_EQ(link_->writer()->session(), 2U);
 }
 

@@ -151,7 +151,7 @@ TEST_F(SettingsTest, AnUnknownSettingIsWrittenWithoutAValue) {
   Reads(kTime, 0.5, Quality::bad_communication);
   StartServer();
   EXPECT_EQ(Dump(), 3);
-  EXPECT_THAT(err_.str(), HasSubstr("1 setting of 4 without a value"));
+  EXPECT_THAT(err_.str(), HasSubstr("1 setting of 4 got no value"));
   EXPECT_THAT(Text(), HasSubstr("item: \"S22\", quality: \"bad: communication failure\""));
   EXPECT_THAT(Text(), Not(HasSubstr("\"0.5\""))) << "it was so once";
   EXPECT_EQ(Compare(), 3);
