@@ -157,7 +157,8 @@ bool ParseSelector(std::string_view text, ReadAddress& address) {
 std::string NeedsWord(std::string_view command) {
   const std::string own(command);
   if (command.starts_with("$4")) {
-    return "stores the output of an output module for power-up; for a synchronised sample write "
+    return "would make the module store its outputs for power-up; for the synchronised sample "
+           "write "
            "\"$4 value\" or \"$4[b0] status\"";
   }
   if (command.starts_with("$7")) {
@@ -198,7 +199,8 @@ constexpr DecoderSpec kDecoders[] = {
     {"@", "Digital word of @AA, four hex digits; one bit as @[b3], a byte as @[high] or @[low]."},
     {"$6", "Digital word of $AA6 (! and four digits and 00, no address); bits as $6[b8]."},
     {"$L1", "Latched digital word of $AALS; bits as $L1[b0]."},
-    {"$4 value", "Synchronised sample: #** to all modules, then $AA4 of each one; one number."},
+    {"$4 value",
+     "Synchronised sample: #** makes all modules take a sample, $AA4 reads the number of one."},
     {"$4[b0] status", "Synchronised sample of a digital module: its bits."},
     {"$6 mask", "Channel enable mask of analog modules: !AA and hex; bits as $6[b0] mask."},
     {"$80", "Present output of an analog output channel: !AA and a number."},

@@ -44,8 +44,8 @@ constexpr auto kTable = SettingsTable(
         "that no poll uses, or loopback (function 08), which many devices do not know.")),
     Bind<&Settings::missing_zero>(
         option::Choice("missing", "exception", "exception,zero",
-                       "Simulated device only: registers without a point give exception 02, or 0 "
-                       "if the request contains other points.")),
+                       "Simulated device only: registers without a point. exception: answered by "
+                       "exception 02. zero: read as 0 if the request also contains points.")),
     Bind<&Settings::texts, ParseTexts>(option::Texts(
         "texts", "", "Meanings of codes for text(NAME), each as \"NAME CODE=TEXT\".")),
     Bind<&Settings::reply_times, ParseReplyTimes>(option::Texts(

@@ -114,7 +114,7 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
     sign_behind = sign_behind || (at < text.size() && text[at] == '-');
   }
   if (sign_behind && numbers == 1) {
-    return {"the sign follows the number in " + quoted,
+    return {"the sign comes after the number in " + quoted,
             "set the indicator to send the sign in front of the number"};
   }
   if (numbers == 2 && HasDecimalComma(text)) {

@@ -283,7 +283,7 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
     const bool nearly = size < settings.length && size + kFewLost >= settings.length;
     return Recognised{nearly ? Recognised::What::too_short : Recognised::What::other_setting,
                       "its messages have " + std::to_string(size) + " characters" + said +
-                          ", but length is " + std::to_string(settings.length),
+                          ", but the option length is " + std::to_string(settings.length),
                       "set length to the number of characters that it sends"};
   }
   if (size <= settings.most) return std::nullopt;

@@ -42,9 +42,11 @@ constexpr auto kTable = SettingsTable(
     Bind<&Settings::present>(option::Time(
         "present", "2s",
         "A tag counts as present for this time; 0s: until the reader sends 'no tag'.")),
-    Bind<&Settings::asks>(option::Choice("commands", "none", "none,ask",
-                                         "none: the gateway sends nothing. ask: r requests a tag, "
-                                         "i requests the reader's name; only with form: tag.")),
+    Bind<&Settings::asks>(
+        option::Choice("commands", "none", "none,ask",
+                       "none: the gateway sends nothing. ask: the gateway sends r "
+                       "(for a tag) and i (for the reader's name); only with "
+                       "form: tag.")),
     Bind<&Settings::answer>(option::Time("answer", "1s", "Reply timeout of a command.")));
 
 }  // namespace

@@ -183,7 +183,8 @@ class Compiler {
       if (IsMeantAsAll(entry)) {
         problems_.Error(entry.value.mark(),
                         "telegrams: " + Quoted(entry.key) +
-                            " has neither 'send' nor 'receive'; did you mean 'all'?");
+                            " is no telegram, because it has neither 'send' nor 'receive'; write "
+                            "'all' for settings of all telegrams");
       }
       if (entry.key == kAll || IsMeantAsAll(entry)) ReadAll(entry.value);
     }

@@ -367,7 +367,7 @@ Result<Bytes> TelegramConversation::BytesOf(std::size_t telegram) const {
   if (sent && sent->telegram == telegram) return bytes;
   return Error{"'" + TelegramOf(telegram).name + "' with these values " +
                (sent ? "has the same bytes as telegram '" + TelegramOf(sent->telegram).name + "'"
-                     : "does not fit its pattern in 'send'")};
+                     : "does not fit its own pattern in 'send'")};
 }
 
 Result<Request> TelegramConversation::AskStep() {

@@ -284,7 +284,7 @@ void AddWrite(CLI::App& app, Action& action) {
   command->add_option("VALUE", options->value, "In the point's unit; on or off for a bool")
       ->required();
   command->add_flag("--confirm", options->confirm,
-                    "Confirm the write of a point with 'select: yes'");
+                    "Needed for points that have 'select: yes': confirms this write");
   command
       ->add_option("--request", options->request,
                    "NAME/NUMBER of this request, as you choose; the gateway writes once, even if "

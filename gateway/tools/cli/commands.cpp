@@ -206,7 +206,8 @@ void AddUsers(CLI::App& app, Action& action) {
       ->check(CLI::Range(1, 3650))
       ->capture_default_str();
   add("remove", "Remove a user and its tokens", What::remove, "baudgate users remove anna");
-  add("list", "List users, roles and the ends of tokens", What::list, "baudgate users list");
+  add("list", "List users, their roles, and until when their tokens are valid", What::list,
+      "baudgate users list");
 }
 
 void AddAudit(CLI::App& app, Action& action) {

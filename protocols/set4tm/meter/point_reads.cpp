@@ -81,7 +81,7 @@ Reply ReplyReader::Read(View request, View frame) const {
   if (AnsweredByStatus(pdu) || !fits) {
     reply.answer.remedy = "check whether the profile fits this type of meter";
     return unexpected(std::to_string(got->body.size()) +
-                      " data bytes came, which do not answer request " + HexByte(pdu[0]));
+                      " data bytes came, which does not fit request " + HexByte(pdu[0]));
   }
   if (IsMasked(pdu) && got->body[0] != pdu[2]) {
     return unexpected("the reply is to another snapshot (08 23): id " + HexByte(got->body[0]));

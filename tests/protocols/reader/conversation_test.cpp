@@ -176,7 +176,8 @@ TEST_F(ReaderConversationTest, ATextGivesACodeAndANumber) {
             "sentences of NMEA 0183 come ('$GPGGA,063905.00,4717.1,N,0083')");
   EXPECT_EQ(HearText("ST,GS,+  12,35kg\r", 1h + 3s).reason,
             "the number has a decimal comma in 'ST,GS,+  12,35kg'");
-  EXPECT_EQ(HearText("12.35-kg\r", 1h + 4s).reason, "the sign follows the number in '12.35-kg'");
+  EXPECT_EQ(HearText("12.35-kg\r", 1h + 4s).reason,
+            "the sign comes after the number in '12.35-kg'");
 }
 
 TEST_F(ReaderConversationTest, CharactersBeyondAsciiAreDamage) {
@@ -230,9 +231,9 @@ TEST(ReaderRecognise, ReportsDeviationsFromTheConfiguration) {
       {"text", "0x02", "0x03", "\x02ST,+1.5kg\x03", ""},
       {"text", "", "0x0D", "KJJJZk:", "the received bytes are not a message ('KJJJZk:')"},
       {"text", "]", "0x0D", "]40121443\r",
-       "its messages have 8 characters (']40121443'), but length is 13", "13"},
+       "its messages have 8 characters (']40121443'), but the option length is 13", "13"},
       {"text", "4", "0x0D", "441230000162\r",
-       "its messages have 11 characters ('441230000162'), but length is 12", "12"},
+       "its messages have 11 characters ('441230000162'), but the option length is 12", "12"},
   };
   for (const auto& row : rows) {
     const config::Device device = Reader(

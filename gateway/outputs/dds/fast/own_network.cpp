@@ -207,7 +207,7 @@ std::vector<std::string> RemarksOn(const SocketFacts& facts, const ParticipantOp
     const auto [first, last] = facts.given_ports;
     const std::string remedy =
         port >= first && port <= last
-            ? fmt::format("reserve it, sysctl -w net.ipv4.ip_local_reserved_ports={},", port)
+            ? fmt::format("reserve it ('sysctl -w net.ipv4.ip_local_reserved_ports={}')", port)
             : std::string("end that program");
     remarks.push_back(fmt::format(
         "no new subscriber is discovered: another program has UDP port {} ('ss -ulnp' names the "
