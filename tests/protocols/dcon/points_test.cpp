@@ -79,7 +79,7 @@ TEST(DconRead, RefusesCommandsThatChangeTheModule) {
     EXPECT_NE(ReadFailure(bad).find("cannot be polled"), std::string::npos) << ReadFailure(bad);
   }
   EXPECT_NE(ReadFailure("$60").find("resets the counter"), std::string::npos);
-  EXPECT_NE(ReadFailure("$4").find("stores the output"), std::string::npos);
+  EXPECT_NE(ReadFailure("$4").find("store its outputs"), std::string::npos);
   EXPECT_NE(ReadFailure("$4 commanded").find("possible: value status"), std::string::npos);
   EXPECT_NE(ReadFailure("$70").find("clears the overflow flag"), std::string::npos);
 }
