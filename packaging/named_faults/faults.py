@@ -185,7 +185,7 @@ FAULTS += [
     Fault("reply of another command", "dcon", m.sends(lambda x: x.slave.wrap(b"!01" + x.reply[1:-3]) if x.reply[:1] == b">" else x.reply), "fit|form", "profile|module", "gap|power|second master|bit rate"),
     Fault("unknown NAK", "spa", m.sends(m.spa_nak(9)), "NACK 9", "device|manual", "gap|power|second master|bit rate"),
     Fault("numbers with commas", "spa", m.sends(lambda x: x.slave.wrap(x.address, x.slave.body_of(x.reply).replace(b".", b","))), "no value|number|fit|type", "profile", "gap|power|second master|bit rate"),
-    Fault("numbers with commas", "dcon", m.sends(m.dcon_line(lambda t: t.replace(b".", b","))), "number", "profile|format|module", "gap|power|second master|bit rate"),
+    Fault("numbers with commas", "dcon", m.sends(m.dcon_line(lambda t: t.replace(b".", b","))), "number|decimal point", "profile|format|module|set the device", "gap|power|second master|bit rate"),
     Fault("all FF", "rtu set", m.sends(lambda x: b"\xff" * len(x.reply)), "00 or FF", "A and B|bias|driver", "gap|second master"),
     Fault("one FF in front", "rtu set", m.sends(m.before(b"\xff")), "", "", well=True),
 ]
