@@ -24,7 +24,7 @@ constexpr std::optional<Role> RoleNamed(std::string_view name) {
   return std::nullopt;
 }
 
-/// What a request does.
+/// The kinds of request that a role may or may not make.
 enum class Act : std::uint8_t {
   read,       ///< values, states, events, alarms, history, traces
   operate,    ///< acknowledge, write to points, enable and disable, lend a port

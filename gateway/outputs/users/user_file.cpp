@@ -225,10 +225,6 @@ void UserDirectory::Refresh() {
         " has no users, so nobody can log in; add one: baudgate users add NAME --role engineer";
   }
   file_ = read ? std::move(*read) : UserFile();
-  groups_.clear();
-  for (const User& user : file_.users()) {
-    if (const auto group = GroupOf(user.name)) groups_.emplace(*group, user.role);
-  }
   if (std::exchange(trouble_, trouble) != trouble && !trouble.empty()) log::Warn("{}", trouble);
 }
 
@@ -265,13 +261,19 @@ std::optional<UserDirectory::Known> UserDirectory::ByToken(std::string_view toke
 }
 
 Role UserDirectory::OfSystemUser(const std::string& name, std::span<const gid_t> groups) {
-  const MutexLock lock(mutex_);
-  Refresh();
-  if (const User* const user = file_.Find(name)) return user->role;
+  std::vector<User> listed;
+  {
+    const MutexLock lock(mutex_);
+    Refresh();
+    if (const User* const user = file_.Find(name)) return user->role;
+    listed = file_.users();
+  }
+  // Groups are looked up each time, because a group can be made after it was listed in the file.
   Role role = Role::viewer;
-  for (const gid_t group : groups) {
-    const auto listed = groups_.find(group);
-    if (listed != groups_.end()) role = std::max(role, listed->second);
+  for (const User& user : listed) {
+    const auto group = GroupOf(user.name);
+    if (group && std::ranges::find(groups, *group) != groups.end())
+      role = std::max(role, user.role);
   }
   return role;
 }

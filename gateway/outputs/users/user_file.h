@@ -13,7 +13,6 @@
 #include <sys/types.h>
 
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -75,8 +74,8 @@ class UserFile {
 bool HasHash(std::string_view password, const std::string& hash);
 
 // `UserDirectory` answers who a client is. It reads the users file again when the file has changed,
-// at most once a second. While the file cannot be read, nobody is known, and Trouble says why. Any
-// thread may call it.
+// at most once a second. While the file cannot be read, all logins of users fail, and Trouble says
+// why. Any thread may call it.
 class UserDirectory {
  public:
   /// `file` empty: the gateway has no users.
@@ -111,7 +110,6 @@ class UserDirectory {
   mutable Mutex mutex_;
   std::string path_ BAUDGATE_GUARDED_BY(mutex_);
   UserFile file_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<gid_t, Role> groups_ BAUDGATE_GUARDED_BY(mutex_);  // the "@group" users of the file
   std::string trouble_ BAUDGATE_GUARDED_BY(mutex_);
   std::string seen_ BAUDGATE_GUARDED_BY(mutex_);  // inode, size and time of the file that was read
   Instant looked_ BAUDGATE_GUARDED_BY(mutex_) = Instant::min();
