@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "config/files.h"
 #include "config/history.h"
-#include "config/outputs.h"
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "config/outputs.h"
+#include "config/files.h"
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 

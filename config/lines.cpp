@@ -9,6 +9,7 @@
 #include "config/checks/uniques.h"
 #include "config/devices.h"
 #include "config/events.h"
+#include "config/files.h"
 #include "config/modbus.h"
 #include "config/model/network.h"
 #include "config/points.h"
@@ -170,6 +171,7 @@ PortServer ReadPortServer(const YamlNode& node, const std::string& key, LoadCont
   } else {
     map.Read<&PortServer::busy>(server);
   }
+  server.tls = ReadServerTls(map, "ports");
   map.Finish();
   if (server.at.port == 0) return server;
   CheckPortServer(server, key, context.problems);
@@ -191,13 +193,13 @@ constexpr std::size_t kMostLines = 1000;
 constexpr std::size_t kMostDevices = 1000;
 
 Result<std::string> ParsePort(const std::string& text) {
-  constexpr std::string_view kTcp = "tcp://";
   if (text.starts_with("/")) return text;
-  if (!text.starts_with(kTcp)) {
-    return Error{Quoted(text) + " is neither a path like /dev/ttyUSB0 nor tcp://host:port"};
+  if (!IsNetworkPort(text)) {
+    return Error{Quoted(text) +
+                 " is neither a path like /dev/ttyUSB0 nor tcp://host:port or tls://host:port"};
   }
   if (const Status zero = RefuseLeadingZeros(text, ":"); !zero) return Error{zero.error()};
-  if (ParseHostPort(text.substr(kTcp.size()))) return text;
+  if (ParseHostPort(text.substr(kTcpScheme.size()))) return text;
   return Error{Quoted(text) + " is not tcp://host:port; write for example tcp://10.0.0.5:4001"};
 }
 
@@ -266,6 +268,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   if (protocol) line.serial = protocol->serial;
   line.tcp = protocol != nullptr && protocol->tcp;
   ReadPort(map, line.tcp, line, context);
+  line.tls = ReadClientTls(map, IsTlsAddress(line.port));
   if (const auto serial = map.Get("serial")) {
     line.serial = ReadSerial(*serial, line.serial, context.problems);
   }

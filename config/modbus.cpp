@@ -13,6 +13,7 @@
 #include "config/checks/line_checks.h"
 #include "config/checks/modbus_checks.h"
 #include "config/events.h"
+#include "config/files.h"
 #include "config/lines.h"
 #include "config/model/config.h"
 #include "config/model/network.h"
@@ -47,7 +48,9 @@ void ReadTargetLine(const YamlNode& node, const std::vector<Line>& lines, Route&
         node.mark(),
         "line: '" + *name +
             "' is a Modbus TCP server, which a route reaches without a line; write server: \"" +
-            (line->port.starts_with("tcp://") ? line->port.substr(6) : "host:502") +
+            (!line->is_network()         ? "host:502"
+                 : IsTlsAddress(line->port) ? line->port
+                                            : line->port.substr(kTcpScheme.size())) +
             "\" in place of line");
     return;
   }
@@ -61,15 +64,21 @@ void ReadTargetLine(const YamlNode& node, const std::vector<Line>& lines, Route&
                        (carriers.empty() ? "none" : Join(carriers)));
 }
 
-void ReadTargetServer(const YamlNode& node, const std::vector<Listener>& listeners, Route& route,
+/// Returns true if the server is called over TLS.
+bool ReadTargetServer(const YamlNode& node, const std::vector<Listener>& listeners, Route& route,
                       Problems& problems) {
+  bool secure = false;
   const auto server = ReadParsed(node, "server", problems, [&](const std::string& text) {
-    return ParseServer(text, route.port);
+    constexpr std::uint16_t kSecurePort = 802;
+    if (!IsTlsAddress(text)) return ParseServer(text, route.port);
+    secure = true;
+    return ParseServer(std::string_view(text).substr(kTlsScheme.size()), kSecurePort);
   });
-  if (!server) return;
+  if (!server) return secure;
   route.host = server->host == "localhost" ? "127.0.0.1" : server->host;
   route.port = server->port;
   CheckServer(route, listeners, node.mark(), problems);
+  return secure;
 }
 
 }  // namespace
@@ -86,9 +95,11 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
                          : std::nullopt;
   if (units) std::tie(route.first, route.last) = *units;
   if (const auto line = map.Get("line")) ReadTargetLine(*line, lines, route, context);
+  bool secure = false;
   if (const auto server = map.Get("server")) {
-    ReadTargetServer(*server, listeners, route, context.problems);
+    secure = ReadTargetServer(*server, listeners, route, context.problems);
   }
+  route.tls = ReadClientTls(map, secure);
   map.Read<&Route::remap, &Route::deadline>(route);
   route.alarms =
       ReadAlarmSetting(map, route.line.empty() ? context.alarms : lines[route.line_index].alarms);
@@ -233,6 +244,101 @@ void ReadFunctions(const YamlNode& node, Listener& listener, Problems& problems)
   }
 }
 
+constexpr std::array<std::string_view, 2> kRights = {"read", "write"};
+
+/// Parses "20" or "33-40"; the numbers are at most `most`.
+Result<RoleRule::Range> ParseRange(const std::string& text, std::uint16_t most) {
+  const std::size_t dash = text.find('-');
+  const auto first = ParseInteger<std::uint16_t>(text.substr(0, dash));
+  const auto last =
+      dash == std::string::npos ? first : ParseInteger<std::uint16_t>(text.substr(dash + 1));
+  if (first && last && *first <= *last && *last <= most) return RoleRule::Range{*first, *last};
+  return Error{Quoted(text) + " is no number or range of 0…" + std::to_string(most) +
+               "; write for example 20 or 33-40"};
+}
+
+std::vector<RoleRule::Range> ReadRanges(MapReader& map, const std::string& key,
+                                        std::uint16_t most) {
+  std::vector<RoleRule::Range> ranges;
+  const auto list = map.Get(key);
+  if (!list) return ranges;
+  for (const YamlNode& one : ReadSome(*list, key, kMostRules,
+                                      "the list is empty; remove the key to permit all",
+                                      map.problems())) {
+    const auto range = ReadParsed(one, key, map.problems(), [most](const std::string& text) {
+      return ParseRange(text, most);
+    });
+    if (range) ranges.push_back(*range);
+  }
+  return ranges;
+}
+
+std::vector<RoleRule> ReadRules(const YamlNode& list, const std::string& role,
+                                Problems& problems) {
+  std::vector<RoleRule> rules;
+  for (const YamlNode& one : ReadList(list, role, kMostRules, problems)) {
+    MapReader map(one, "an entry of role " + Quoted(role), problems);
+    if (one.kind() != YamlNode::Kind::map) continue;
+    RoleRule rule;
+    rule.units = ReadRanges(map, "units", 255);
+    Codes known;
+    if (const auto codes = map.Get("functions")) rule.functions = ReadCodes(*codes, known, problems);
+    rule.addresses = ReadRanges(map, "addresses", 65535);
+    map.Finish();
+    rules.push_back(std::move(rule));
+  }
+  if (rules.empty()) {
+    problems.Error(list.mark(), role + ": the list permits nothing; remove the role, or write read");
+  }
+  return rules;
+}
+
+/// Reads the rights of roles: `read`, `write`, or a list of rules.
+///
+///   roles:
+///     viewer: read
+///     operator: write
+///     pump: [{ units: 7, functions: [3, 6], addresses: 100-119 }]
+std::vector<RoleRights> ReadRoles(const YamlNode& node, Problems& problems) {
+  std::vector<RoleRights> roles;
+  const auto entries = ReadEntries(node, "roles", problems);
+  if (node.kind() == YamlNode::Kind::map && entries.empty()) {
+    problems.Error(node.mark(), "roles: no role has rights; write for example viewer: read");
+  }
+  for (const Entry& entry : entries) {
+    RoleRights rights{.role = entry.key};
+    if (entry.value.kind() == YamlNode::Kind::list) {
+      rights.rules = ReadRules(entry.value, entry.key, problems);
+    } else if (const auto right = ReadChoice(entry.value, entry.key, kRights, problems)) {
+      rights.permit = *right == 0 ? Permit::read : Permit::all;
+    }
+    roles.push_back(std::move(rights));
+  }
+  return roles;
+}
+
+/// The roles of users (gateway/base/role.h) have rights without `roles`. An auditor reads no
+/// values.
+std::vector<RoleRights> UsualRoles() {
+  return {{.role = "viewer", .permit = Permit::read},
+          {.role = "operator", .permit = Permit::all},
+          {.role = "engineer", .permit = Permit::all}};
+}
+
+void ReadSecurity(MapReader& map, Listener& listener) {
+  map.Read<&Listener::protocol>(listener);
+  const bool on = listener.protocol == Listener::Protocol::tls;
+  listener.tls = ReadMutualTls(map, on);
+  if (!on) return;
+  const auto roles = map.Get("roles");
+  listener.roles = roles ? ReadRoles(*roles, map.problems()) : UsualRoles();
+  if (listener.speaks_serial()) {
+    map.problems().Error(map.MarkOf("framing"),
+                         "framing: Modbus/TCP Security has the frames of Modbus TCP; remove the "
+                         "key, or protocol: tls");
+  }
+}
+
 void ReadNetworkSide(MapReader& map, Listener& listener) {
   for (const std::string key : {"serial", "parity", "rs485", "echo"}) {
     map.Refuse(key, key +
@@ -247,6 +353,7 @@ void ReadNetworkSide(MapReader& map, Listener& listener) {
   }
   if (const auto clients = map.Get("clients")) ReadClients(*clients, listener, map.problems());
   map.Read<&Listener::max_clients, &Listener::idle_timeout>(listener);
+  ReadSecurity(map, listener);
 }
 
 // Reads the key `echo` of a listener. Only lines allow `verify`, because there the gateway sends
@@ -264,7 +371,8 @@ void ReadEcho(MapReader& map, Listener& listener) {
 }
 
 void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) {
-  for (const std::string key : {"allow", "clients", "max_clients", "idle_timeout"}) {
+  for (const std::string key : {"allow", "clients", "max_clients", "idle_timeout", "protocol",
+                                "certificate", "key", "ca", "roles"}) {
     map.Refuse(
         key,
         key + ": does not apply to a serial port, which has exactly one master; remove the key");

@@ -7,6 +7,7 @@
 
 #include "config/checks/uniques.h"
 #include "config/events.h"
+#include "config/files.h"
 #include "config/lines.h"
 #include "config/modbus.h"
 #include "config/model/network.h"
@@ -177,26 +178,6 @@ void ReadTokenFile(const YamlNode& node, Web& web, Problems& problems) {
   map.Finish();
 }
 
-/// Reads `certificate`, `key` and `client_ca`, the files of TLS.
-void ReadWebTls(MapReader& map, Web& web) {
-  constexpr const char* kExample = "/etc/baudgate/web/gateway.pem";
-  web.certificate = ReadAbsolutePath(map, "certificate", kExample);
-  web.key = ReadAbsolutePath(map, "key", "/etc/baudgate/web/gateway.key");
-  web.client_ca = ReadAbsolutePath(map, "client_ca", "/etc/baudgate/web/ca.pem");
-  if (map.Has("certificate")) {
-    web.certificate_mark = map.MarkOf("certificate");
-    if (!map.Has("key")) map.Need("key", "/etc/baudgate/web/gateway.key");
-    return;
-  }
-  for (const std::string key : {"key", "client_ca"}) {
-    if (!map.Has(key)) continue;
-    map.problems().Error(map.MarkOf(key), key +
-                                              ": has no effect without certificate; add "
-                                              "certificate: " +
-                                              kExample);
-  }
-}
-
 /// Reads the key `users`:
 ///
 ///   users: { file: /etc/baudgate/users }
@@ -237,7 +218,8 @@ Web ReadWeb(const YamlNode& node, bool has_users, Problems& problems) {
   const auto token = map.Get("token");
   if (token) ReadTokenFile(*token, web, problems);
   map.Read<&Web::acknowledge>(web);
-  ReadWebTls(map, web);
+  web.tls = ReadServerTls(map, "web");
+  web.certificate_mark = map.MarkOf("certificate");
   map.Finish();
   if (!token && !has_users && !web.on_loopback()) {
     problems.Error(map.MarkOf("listen"),
@@ -254,16 +236,6 @@ constexpr std::size_t kMostInterfaces = 64;
 constexpr std::size_t kLongestSocketPath = 107;  // the size of sockaddr_un without the final zero
 
 }  // namespace
-
-std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::string& example) {
-  const auto path = map.Label(key);
-  if (!path) return {};
-  if (path->starts_with('/')) return *path;
-  map.problems().Error(
-      map.MarkOf(key),
-      key + ": " + Quoted(*path) + " is not an absolute path; write for example " + example);
-  return {};
-}
 
 Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems) {
   MapReader map(node, "gateway", problems);

@@ -13,9 +13,6 @@
 
 namespace baudgate::config {
 
-/// Reads an absolute path, because the daemon's working directory is not fixed. Returns an empty
-/// text if the key is absent or wrong.
-std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::string& example);
 /// Reads the section into `config` and returns its settings for all lines.
 Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems);
 /// Must be called after the lines were read, because routes lead to lines, and a port can have only

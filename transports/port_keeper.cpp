@@ -146,7 +146,7 @@ constexpr Duration kLookForPort = 500ms;
 
 PortKeeper::PortKeeper(asio::io_context& io, std::string port, std::function<void()> open)
     : port_(std::move(port)),
-      network_(port_.starts_with("tcp://")),
+      network_(config::IsNetworkPort(port_)),
       open_(std::move(open)),
       timer_(io),
       watch_(io, port_, [this] { OnPortChange(); }),

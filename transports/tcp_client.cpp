@@ -20,27 +20,21 @@
 #include "gateway/base/time.h"
 #include "gateway/base/worker.h"
 #include "transports/listen_socket.h"
+#include "transports/net_stream.h"
 #include "transports/parity.h"
 #include "transports/serial_settings.h"
 #include "transports/stream_pump.h"
+#include "transports/tls_handshakes.h"
 
 namespace baudgate::transports {
-
-namespace {
-
-constexpr std::string_view kScheme = "tcp://";
-
-}  // namespace
-
-bool IsTcpPort(std::string_view port) { return port.starts_with(kScheme); }
 
 Result<TcpAddress> ParseTcpPort(std::string_view port) {
   const auto wrong = [port](const char* why) {
     return Error{"\"" + std::string(port) + "\" is not a serial server address: " + why +
                  "; write tcp://host:port or tcp://[::1]:port"};
   };
-  if (!IsTcpPort(port)) return wrong("it does not start with tcp://");
-  std::string_view rest = port.substr(kScheme.size());
+  if (!config::IsNetworkPort(port)) return wrong("it does not start with tcp:// or tls://");
+  std::string_view rest = port.substr(config::kTcpScheme.size());
   std::string_view host;
   if (rest.starts_with('[')) {
     const auto end = rest.find(']');
@@ -247,7 +241,7 @@ void SetOptions(tcp::socket& socket) {
 
 /// Returns a byte count of the send queue. SIOCOUTQ: bytes that the peer has not acknowledged;
 /// SIOCOUTQNSD: bytes that were never sent.
-std::uint64_t Queued(tcp::socket& socket, unsigned long which) {
+std::uint64_t Queued(tls::NetStream& socket, unsigned long which) {
   int count = 0;
   const bool known = ioctl(socket.native_handle(), which, &count) == 0 && count > 0;
   return known ? static_cast<std::uint64_t>(count) : 0;
@@ -255,9 +249,10 @@ std::uint64_t Queued(tcp::socket& socket, unsigned long which) {
 
 class TcpClient final : public Transport {
  public:
-  TcpClient(std::string port, const config::SerialSettings& serial, asio::io_context& io,
-            TransportListener& listener, HostNames& names)
+  TcpClient(std::string port, const config::SerialSettings& serial, const config::TlsFiles& tls,
+            asio::io_context& io, TransportListener& listener, HostNames& names)
       : port_(std::move(port)),
+        tls_(tls::End::client, tls),
         serial_(serial),
         io_(io),
         listener_(listener),
@@ -301,6 +296,8 @@ class TcpClient final : public Transport {
     TcpClient* owner;
     HostNames::Ticket look_up;
     bool looking_up = false;
+    std::string host;
+    tls::Handshakes::Ticket handshake;
     tcp::socket socket;
     asio::steady_timer deadline;
   };
@@ -310,6 +307,8 @@ class TcpClient final : public Transport {
   void Resolve(const AttemptPtr& attempt, const TcpAddress& address);
   void Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoint>& endpoints);
   void OnConnected(const AttemptPtr& attempt);
+  void BeginTls(const AttemptPtr& attempt);
+  void BeginSession(tls::NetStream stream);
   void Abandon();
   void Fail(const std::string& reason, NoConnection why = NoConnection::other);
   void OnRead(View raw);
@@ -319,12 +318,13 @@ class TcpClient final : public Transport {
   void AwaitAcknowledgement();
 
   const std::string port_;
+  tls::ContextFiles tls_;
   config::SerialSettings serial_;
   asio::io_context& io_;
   TransportListener& listener_;
   HostNames& names_;
   AttemptPtr attempt_;
-  std::shared_ptr<StreamPump<tcp::socket>> session_;
+  std::shared_ptr<StreamPump<tls::NetStream>> session_;
   SoftwareParity parity_;
   asio::steady_timer ack_timer_;
   std::shared_ptr<char> awaiting_;  ///< null: no wait is planned, so ack_timer_ has no effect
@@ -347,6 +347,7 @@ void TcpClient::Begin(const AttemptPtr& attempt) {
   if (const Status possible = CheckSoftwareParity(serial_); !possible) {
     return Fail(possible.error());
   }
+  attempt->host = address->host;
   attempt->deadline.expires_after(kConnectTimeout);
   attempt->deadline.async_wait([attempt](const std::error_code& error) {
     if (error || attempt->owner == nullptr) return;
@@ -409,9 +410,30 @@ void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoi
 
 void TcpClient::OnConnected(const AttemptPtr& attempt) {
   SetOptions(attempt->socket);
+  if (config::IsTlsAddress(port_)) return BeginTls(attempt);
+  BeginSession(tls::NetStream(std::move(attempt->socket)));
+}
+
+void TcpClient::BeginTls(const AttemptPtr& attempt) {
+  auto context = tls_.Current();
+  if (!context) return Fail("cannot connect to " + port_ + ": " + context.error());
+  std::error_code failed;
+  const int owned = attempt->socket.release(failed);
+  attempt->handshake = tls::Handshakes::OfProcess().Begin(
+      owned, std::move(*context), attempt->host, io_,
+      [attempt](Result<std::unique_ptr<tls::Channel>> result) {
+        TcpClient* const owner = attempt->owner;
+        if (owner == nullptr) return;
+        if (!result) return owner->Fail("server " + owner->port_ + " " + result.error());
+        tcp::socket socket = tls::SocketOf(**result, owner->io_);
+        owner->BeginSession(tls::NetStream(std::move(socket), std::move(*result)));
+      });
+}
+
+void TcpClient::BeginSession(tls::NetStream stream) {
   parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
-  session_ = std::make_shared<StreamPump<tcp::socket>>(
-      std::move(attempt->socket), [this](View raw) { OnRead(raw); },
+  session_ = std::make_shared<StreamPump<tls::NetStream>>(
+      std::move(stream), [this](View raw) { OnRead(raw); },
       [this](const std::error_code& error) { OnStreamEnd(error); }, [this] { listener_.OnRoom(); });
   Abandon();
   session_->Start();
@@ -422,6 +444,7 @@ void TcpClient::Abandon() {
   if (!attempt_) return;
   attempt_->owner = nullptr;
   attempt_->look_up = {};
+  attempt_->handshake = {};
   attempt_->deadline.cancel();
   std::error_code ignored;
   attempt_->socket.close(ignored);
@@ -462,7 +485,8 @@ void TcpClient::DropUnsent() {
 }
 
 std::uint64_t TcpClient::Acknowledged() const {
-  return session_->taken() - Queued(session_->stream(), SIOCOUTQ);
+  // With TLS, the queue has more bytes than were taken.
+  return session_->taken() - std::min(session_->taken(), Queued(session_->stream(), SIOCOUTQ));
 }
 
 void TcpClient::AwaitAcknowledgement() {
@@ -527,9 +551,9 @@ void TcpClient::GetStuck(const std::string& reason) {
 }  // namespace
 
 std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialSettings& serial,
-                                         asio::io_context& io, TransportListener& listener,
-                                         HostNames& names) {
-  return std::make_unique<TcpClient>(std::move(port), serial, io, listener, names);
+                                         const config::TlsFiles& tls, asio::io_context& io,
+                                         TransportListener& listener, HostNames& names) {
+  return std::make_unique<TcpClient>(std::move(port), serial, tls, io, listener, names);
 }
 
 }  // namespace baudgate::transports

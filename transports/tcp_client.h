@@ -19,14 +19,12 @@
 
 namespace baudgate::transports {
 
-// The host and the port number in "tcp://host:port", which is the port of a line. An IPv6 address
-// is in brackets there.
+// The host and the port number in "tcp://host:port" or "tls://host:port", which is the port of a
+// line. An IPv6 address is in brackets there.
 struct TcpAddress {
   std::string host;  ///< name or address, without brackets
   std::uint16_t port = 0;
 };
-
-bool IsTcpPort(std::string_view port);
 
 Result<TcpAddress> ParseTcpPort(std::string_view port);
 
@@ -84,12 +82,13 @@ class HostNames {
   std::shared_ptr<State> state_;  // shared with the threads, which may outlive this object
 };
 
-/// `port` is "tcp://host:port"; with an invalid text, every Open fails. `listener` and `names` must
-/// outlive the transport. A server whose network path died silently is noticed within about 25 s. A
+/// `port` is "tcp://host:port", or "tls://host:port" with the files `tls`; with an invalid text,
+/// every Open fails. `listener` and `names` must outlive the transport. A server whose network path died silently is noticed within about 25 s. A
 /// server that answers TCP but has lost its serial side is not noticed here: the line must notice
 /// it, then call Close and Open.
 std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialSettings& serial,
-                                         asio::io_context& io, TransportListener& listener,
+                                         const config::TlsFiles& tls, asio::io_context& io,
+                                         TransportListener& listener,
                                          HostNames& names = HostNames::OfProcess());
 
 }  // namespace baudgate::transports

@@ -8,7 +8,9 @@ namespace baudgate::transports {
 
 std::unique_ptr<Transport> MakeTransport(const config::Line& line, asio::io_context& io,
                                          TransportListener& listener) {
-  if (IsTcpPort(line.port)) return MakeTcpClient(line.port, line.serial, io, listener);
+  if (config::IsNetworkPort(line.port)) {
+    return MakeTcpClient(line.port, line.serial, line.tls, io, listener);
+  }
   return MakeSerialPort(line.port, line.serial, io, listener);
 }
 

@@ -40,7 +40,7 @@ Result<const protocols::Protocol*> Catalog::NeedProtocol(const std::string& name
 
 const protocols::Protocol* Catalog::MeantProtocol(const std::string& name,
                                                   const std::string& port) const {
-  const bool server = port.starts_with("tcp://") && port.ends_with(":502");
+  const bool server = IsNetworkPort(port) && port.ends_with(":502");
   const protocols::Protocol* meant = nullptr;
   for (const auto& [its_name, protocol] : protocols) {
     const auto names = Split(protocol->also_called, ' ');

@@ -100,7 +100,7 @@ void CheckDataBits(const SerialSettings& serial, const protocols::Protocol& prot
 
 void CheckPortSettings(const std::string& port, const SerialSettings& serial, const Mark& mark,
                        Problems& problems) {
-  if (!port.starts_with("tcp://")) return;
+  if (!IsNetworkPort(port)) return;
   for (const auto& [key, used] :
        {std::pair("rs485", serial.rs485.enabled), std::pair("rtscts", serial.rtscts),
         std::pair("xonxoff", serial.xonxoff)}) {
@@ -115,7 +115,7 @@ void CheckTcp(const protocols::Protocol& protocol, const std::string& port, cons
               Problems& problems) {
   if (!protocol.tcp) return;
   const std::string name(protocol.name);
-  if (!port.empty() && !port.starts_with("tcp://")) {
+  if (!port.empty() && !IsNetworkPort(port)) {
     const std::string other(protocol.profiles_of);
     problems.Error(keys.MarkOf(keys.Has("port") ? "port" : "protocol"),
                    "port: " + port + " is a serial port, but " + name +

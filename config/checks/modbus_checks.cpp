@@ -163,7 +163,8 @@ void CheckOpenListeners(const Config& config, Problems& problems) {
   if (!config.modbus.enabled || !has_targets) return;
   for (const Listener& listener : config.modbus.listen) {
     const bool is_open = !listener.is_serial() && listener.permit != Permit::read &&
-                         listener.allow.empty() && !IsLoopback(ReachOf(listener.host));
+                         listener.protocol == Listener::Protocol::tcp && listener.allow.empty() &&
+                         !IsLoopback(ReachOf(listener.host));
     if (!is_open) continue;
     problems.Warning(listener.mark, "listen: every machine that reaches " + listener.Address() +
                                         " can write; add for example allow: [10.0.0.7], or write: "

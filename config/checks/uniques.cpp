@@ -50,15 +50,13 @@ Status CheckPointName(std::string_view name) {
 
 namespace {
 
-constexpr std::string_view kTcp = "tcp://";
-
 /// Returns the same text for all spellings of one port.
 std::string RealPort(const std::string& port) {
-  if (port.starts_with(kTcp)) {
-    const auto at = ParseHostPort(port.substr(kTcp.size()));
+  if (IsNetworkPort(port)) {
+    const auto at = ParseHostPort(port.substr(kTcpScheme.size()));
     if (!at) return port;
     const std::string host = IsIpAddress(at->host) ? Canonical(at->host) : Lower(at->host);
-    return std::string(kTcp) + host + ":" + std::to_string(at->port);
+    return std::string(kTcpScheme) + host + ":" + std::to_string(at->port);
   }
   std::error_code error;
   const auto canonical = std::filesystem::weakly_canonical(port, error);

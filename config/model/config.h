@@ -144,6 +144,16 @@ inline std::uint32_t FirstDevice(const Config& config, std::size_t line) {
   return static_cast<std::uint32_t>(first);
 }
 
+/// Files of TLS, and the part of the configuration that names them.
+struct TlsUse {
+  std::string where;  ///< "web", "listener 0.0.0.0:802", "line bay-1", "route for 33-40"
+  TlsFiles files;
+  Mark mark;
+};
+
+/// Returns all uses of TLS, in the order of the file's sections.
+std::vector<TlsUse> TlsUses(const Config& config);
+
 /// The index is a Modbus unit id, or a slave address on a line.
 using UnitSet = std::bitset<256>;
 

@@ -33,6 +33,7 @@ struct PortServer {
   Busy busy = Busy::refuse;
   Duration idle = std::chrono::minutes(10);
   Duration time = std::chrono::minutes(30);
+  TlsFiles tls;  ///< `authorities` is empty: clients need no certificate
   Mark mark;
 
   bool on_loopback() const { return IsLoopback(ReachOf(at.host)); }
@@ -55,6 +56,12 @@ void VisitFields(const PortServer*, Visit visit) {
               "refused, or waits (at most seven wait)"});
   visit(Field<&PortServer::time>{
       "for", "lend only: the longest time that a client can use the port", 1s, 24h});
+  visit(Field<&PortServer::tls>{.key = "certificate",
+                                .help = "file: the certificate for TLS, with its chain",
+                                .fallback = "no TLS"});
+  visit(Key{"key", "file: the key of the certificate, mode 0640 or less"});
+  visit(Key{"client_ca", "file: only clients with a certificate of this authority may connect", {},
+            "every client"});
   visit(Derived<&PortServer::mark>());
 }
 
@@ -64,6 +71,7 @@ enum class Ask : std::uint8_t { deny, write };
 struct Line {
   std::string name;
   std::string port;
+  TlsFiles tls;  ///< for a port "tls://…"
   SerialSettings serial;
   std::string protocol;
   bool tcp = false;  ///< the protocol runs over TCP only: `serial` is unused and not shown
@@ -84,14 +92,21 @@ struct Line {
   }
 
   /// True if the port is a serial server, reached over TCP.
-  bool is_network() const { return port.starts_with("tcp://"); }
+  bool is_network() const { return IsNetworkPort(port); }
 };
 
 template <typename Visit>
 void VisitFields(const Line*, Visit visit) {
   visit(Field<&Line::name>{.help = "letters, digits, single - or _", .fallback = kRequired});
-  visit(Field<&Line::port>{.help = "/dev/…, a pty's path, or tcp://host:port for a serial server",
-                           .fallback = kRequired});
+  visit(Field<&Line::port>{
+      .help = "/dev/…, a pty's path, or tcp://host:port or tls://host:port for a serial server",
+      .fallback = kRequired});
+  visit(Field<&Line::tls>{.key = "ca",
+                          .help = "tls:// only: file with the authority of the server",
+                          .fallback = "required with tls://"});
+  visit(Key{"certificate", "tls:// only: file with the certificate that the gateway shows", {},
+            "none"});
+  visit(Key{"key", "tls:// only: file with the key of the certificate", {}, "none"});
   visit(Field<&Line::serial>{.help = "\"9600 7E1\": bit/s, data bits, parity (N, E, O, M, S), stop "
                                      "bits; or a map",
                              .fallback = "the protocol's"});

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -29,12 +30,31 @@ void VisitFields(const Network*, Visit visit) {
   visit(Derived<&Network::prefix>());
 }
 
+/// The files of one end of TLS connections (transports/tls_files.h): absolute paths; empty: none.
+struct TlsFiles {
+  std::string certificate{};  ///< certificate of this end, with its chain
+  std::string key{};          ///< private key of the certificate
+  /// Certificates of the authorities that issue the certificates of the other end.
+  std::string authorities{};
+
+  auto operator<=>(const TlsFiles&) const = default;
+  bool on() const { return !certificate.empty() || !authorities.empty(); }
+};
+
 struct HostPort {
   std::string host;  ///< without IPv6 brackets
   std::uint16_t port = 0;
 
   bool operator==(const HostPort&) const = default;
 };
+
+inline constexpr std::string_view kTcpScheme = "tcp://";
+inline constexpr std::string_view kTlsScheme = "tls://";
+inline bool IsTlsAddress(std::string_view text) { return text.starts_with(kTlsScheme); }
+/// True for the port of a line that is a serial server: "tcp://host:port", "tls://host:port".
+inline bool IsNetworkPort(std::string_view port) {
+  return port.starts_with(kTcpScheme) || IsTlsAddress(port);
+}
 
 /// Parses "10.0.0.7:502", "[::1]:502", "server:4001".
 Result<HostPort> ParseHostPort(std::string_view text, std::string_view example = "127.0.0.1:1502");

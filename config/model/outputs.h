@@ -59,8 +59,37 @@ void VisitFields(const FunctionPriority*, Visit visit) {
       .fallback = kRequired});
 }
 
+/// One permission of a role. A request is permitted if it fits all lists that are not empty.
+struct RoleRule {
+  struct Range {
+    std::uint16_t first = 0;
+    std::uint16_t last = 0;
+
+    bool operator==(const Range&) const = default;
+  };
+  std::vector<Range> units;
+  std::vector<std::uint8_t> functions;
+  /// All registers or bits of the request must be in one of the ranges.
+  std::vector<Range> addresses;
+
+  bool operator==(const RoleRule&) const = default;
+};
+
+/// The rights of clients whose certificate contains this role (MB-TCP-Security v36, R-21).
+struct RoleRights {
+  std::string role;
+  Permit permit = Permit::read;  ///< the rights, if `rules` is empty
+  std::vector<RoleRule> rules;
+
+  bool operator==(const RoleRights&) const = default;
+};
+
 /// A port for Modbus masters: a TCP port, or a serial port with one master.
 struct Listener {
+  enum class Protocol : std::uint8_t {
+    tcp,
+    tls,  ///< Modbus/TCP Security: the client and the gateway show their certificates
+  };
   enum class Errors : std::uint8_t {
     exception,  ///< exceptions 0x0A, 0x0B and 0x06 are sent
     silent,     ///< no reply is sent instead of these exceptions
@@ -87,6 +116,9 @@ struct Listener {
   modbus::Framing framing = modbus::Framing::tcp;  ///< at a serial port: rtu or ascii
   std::vector<Network> allow;                      ///< empty: everybody
   Permit permit = Permit::all;
+  Protocol protocol = Protocol::tcp;
+  TlsFiles tls;                   ///< for Protocol::tls: all three files
+  std::vector<RoleRights> roles;  ///< for Protocol::tls; a client without one of them is refused
   Priority priority = Priority::normal;
   std::vector<ClientPriority> clients;
   std::vector<FunctionPriority> functions;
@@ -118,6 +150,18 @@ void VisitFields(const Listener*, Visit visit) {
       .help = "serial port only: strip if the adapter returns the gateway's own replies"});
   visit(Field<&Listener::framing>{.help = "rtu, ascii: the frames of a serial line, also over TCP",
                                   .fallback = "tcp; at a serial port rtu"});
+  visit(Field<&Listener::protocol>{
+      .help = "tls: Modbus/TCP Security, usually at port 802; needs certificate, key and ca"});
+  visit(Field<&Listener::tls>{.key = "certificate",
+                              .help = "tls only: file with the gateway's certificate and its chain",
+                              .fallback = "required with tls"});
+  visit(Key{"key", "tls only: file with the key of the certificate, mode 0640 or less", {},
+            "required with tls"});
+  visit(Key{"ca", "tls only: file with the authorities that issue the clients' certificates", {},
+            "required with tls"});
+  visit(Field<&Listener::roles>{
+      .help = "tls only: rights of the roles in the clients' certificates, below",
+      .fallback = "viewer: read, operator: write, engineer: write"});
   visit(Field<&Listener::allow>{.help = "networks whose clients may connect; everybody: no warning",
                                 .fallback = "everybody"});
   visit(Key{"permit", "read: functions 1-4; data: 1-6, 15 and 16", "read, data, all", "all"});
@@ -152,6 +196,7 @@ struct Route {
   std::size_t line_index = 0;  ///< index into Config::lines, if `line` is not empty
   std::string host;            ///< the server, if `line` is empty
   std::uint16_t port = 502;
+  TlsFiles tls;  ///< `authorities` is not empty: the server is called over TLS
   /// `first` is mapped to this address, the next unit to the next address.
   std::optional<std::uint8_t> remap;
   /// The maximum time from the arrival of a request to the end of its reply, including queueing. A
@@ -175,9 +220,15 @@ void VisitFields(const Route*, Visit visit) {
   visit(Field<&Route::last>{"units"});
   visit(Field<&Route::line>{.help = "a line whose protocol carries Modbus"});
   visit(Derived<&Route::line_index>());
-  visit(Key{"server", "in place of line: a Modbus TCP server, 10.0.0.9:502"});
+  visit(Key{"server", "in place of line: a Modbus TCP server, 10.0.0.9:502 or tls://10.0.0.9:802"});
   visit(Field<&Route::host>());
   visit(Field<&Route::port>());
+  visit(Field<&Route::tls>{.key = "ca",
+                           .help = "tls:// only: file with the authority of the server",
+                           .fallback = "required with tls://"});
+  visit(Key{"certificate", "tls:// only: file with the certificate that the gateway shows", {},
+            "none"});
+  visit(Key{"key", "tls:// only: file with the key of the certificate", {}, "none"});
   visit(Field<&Route::remap>{
       "remap", "slave number of the first unit; the following units get the following numbers", 0,
       255, "the unit's own number"});
@@ -266,9 +317,7 @@ struct Web {
   std::string token_file;
   bool acknowledge = false;      ///< true: clients are allowed to acknowledge alarms
   std::vector<Network> proxies;  ///< proxies whose X-Forwarded-For is trusted
-  std::string certificate;       ///< file; empty: no TLS
-  std::string key;               ///< file, with `certificate`
-  std::string client_ca;         ///< file; empty: clients need no certificate
+  TlsFiles tls;                  ///< `authorities` is empty: clients need no certificate
   Mark token_mark;
   Mark certificate_mark;
 
@@ -293,11 +342,12 @@ void VisitFields(const Web*, Visit visit) {
   visit(Field<&Web::proxies>{
       .help = "addresses of proxies whose X-Forwarded-For and X-Forwarded-Proto are trusted",
       .fallback = "none"});
-  visit(Field<&Web::certificate>{.help = "file: the certificate for TLS (https), with its chain",
-                                 .fallback = "no TLS"});
-  visit(Field<&Web::key>{.help = "file: the key of the certificate, mode 0640 or less"});
-  visit(Field<&Web::client_ca>{.help = "file: only clients with a certificate of it may connect",
-                               .fallback = "every client"});
+  visit(Field<&Web::tls>{.key = "certificate",
+                         .help = "file: the certificate for TLS (https), with its chain",
+                         .fallback = "no TLS"});
+  visit(Key{"key", "file: the key of the certificate, mode 0640 or less"});
+  visit(Key{"client_ca", "file: only clients with a certificate of this authority may connect", {},
+            "every client"});
   visit(Derived<&Web::token_mark>());
   visit(Derived<&Web::certificate_mark>());
 }

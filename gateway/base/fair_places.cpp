@@ -16,6 +16,7 @@ constexpr std::size_t kNetworkBytes = 8;  // of an IPv6 address: the /64 network
 }  // namespace
 
 std::string AddressIn(std::string_view client) {
+  client = client.substr(0, client.find(' '));  // without what a certificate names
   if (client.starts_with('[')) return std::string(client.substr(1, client.find(']') - 1));
   const std::size_t colon = client.find(':');
   const bool has_port = colon != std::string_view::npos && client.rfind(':') == colon;

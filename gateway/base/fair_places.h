@@ -22,6 +22,7 @@ std::string AddressIn(std::string_view client);
 ///
 ///   192.0.2.5:40312, 192.0.2.5, [::ffff:192.0.2.5]:502   192.0.2.5
 ///   [2001:db8:0:7::1]:502, 2001:db8:0:7::1               2001:db8:0:7::/64
+///   192.0.2.5:40312 CN=pump (4A01)                       192.0.2.5
 ///   user:root                                            user:root
 ///
 std::string HostOf(std::string_view client);

@@ -14,7 +14,7 @@
 namespace baudgate::lines {
 
 ThreadKind ThreadKindOf(std::string_view port) {
-  const bool never_blocks = port.starts_with("tcp://") || port.starts_with("/dev/pts/");
+  const bool never_blocks = config::IsNetworkPort(port) || port.starts_with("/dev/pts/");
   return never_blocks ? ThreadKind::shared_loop : ThreadKind::own_thread;
 }
 

@@ -15,6 +15,7 @@
 namespace baudgate::testing {
 namespace {
 
+using ::testing::HasSubstr;
 using config::Listener;
 using config::Permit;
 using config::Priority;
@@ -414,6 +415,52 @@ TEST(PortServerConfig, APolledLineMayLendItsPort) {
   EXPECT_EQ(server.mode, PortServer::Mode::raw);
   EXPECT_EQ(server.time, 5min);
   EXPECT_EQ(server.idle, 10min);
+}
+
+constexpr const char* kSecure =
+    "at: \"0.0.0.0:802\", protocol: tls, certificate: /c.pem, key: /c.key, ca: /ca.pem";
+
+TEST(SecureListeners, TheRolesOfUsersHaveRightsByDefault) {
+  const Listener listener = ListenerOf(kSecure);
+  EXPECT_EQ(listener.protocol, Listener::Protocol::tls);
+  EXPECT_EQ(listener.tls, (config::TlsFiles{"/c.pem", "/c.key", "/ca.pem"}));
+  EXPECT_EQ(listener.roles, (std::vector<config::RoleRights>{{"viewer", Permit::read, {}},
+                                                             {"operator", Permit::all, {}},
+                                                             {"engineer", Permit::all, {}}}));
+}
+
+TEST(SecureListeners, RolesAreWordsOrListsOfRules) {
+  const Listener listener = ListenerOf(
+      std::string(kSecure) +
+      ", roles: { viewer: read, boss: write, pump: [{ units: [7, 9-12], functions: 3 }, "
+      "{ addresses: 100-119 }] }");
+  EXPECT_EQ(listener.roles,
+            (std::vector<config::RoleRights>{
+                {"viewer", Permit::read, {}},
+                {"boss", Permit::all, {}},
+                {"pump", Permit::read, {{{{7, 7}, {9, 12}}, {3}, {}}, {{}, {}, {{100, 119}}}}}}));
+}
+
+TEST(SecureListeners, WrongKeysAreErrors) {
+  const auto problem = [](const std::string& keys) { return Shown(LoadListener(keys).problems); };
+  const std::string secure = kSecure;
+  EXPECT_THAT(problem("at: \"0.0.0.0:802\", protocol: tls"),
+              ::testing::AllOf(HasSubstr("needs 'certificate'"), HasSubstr("needs 'key'"),
+                               HasSubstr("needs 'ca'")));
+  EXPECT_THAT(problem("at: \"127.0.0.1:802\", certificate: /c.pem, roles: { viewer: read }"),
+              ::testing::AllOf(HasSubstr("certificate: applies only to a listener with TLS"),
+                               HasSubstr("roles: applies only to a listener with TLS")));
+  EXPECT_THAT(problem(secure + ", framing: rtu"), HasSubstr("framing: Modbus/TCP Security"));
+  EXPECT_THAT(problem(secure + ", roles: {}"), HasSubstr("roles: no role has rights"));
+  EXPECT_THAT(problem(secure + ", roles: { viewer: all }"), HasSubstr("viewer"));
+  EXPECT_THAT(problem(secure + ", roles: { viewer: [] }"), HasSubstr("permits nothing"));
+  EXPECT_THAT(problem(secure + ", roles: { v: [{ units: 256 }] }"), HasSubstr("0…255"));
+  EXPECT_THAT(problem(secure + ", roles: { v: [{ addresses: 9-8 }] }"), HasSubstr("0…65535"));
+  EXPECT_THAT(problem(secure + ", roles: { v: [{ unit: 7 }] }"), HasSubstr("unit"));
+  EXPECT_THAT(problem("at: \"127.0.0.1:802\", protocol: tls, certificate: c.pem, key: /c.key, "
+                      "ca: /ca.pem"),
+              HasSubstr("not an absolute path"));
+  EXPECT_THAT(problem("at: /dev/ttyS9, protocol: tls"), HasSubstr("serial port"));
 }
 
 }  // namespace

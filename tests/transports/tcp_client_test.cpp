@@ -50,7 +50,7 @@ class TcpClientTest : public testing::Test {
     return "tcp://" + host + ":" + std::to_string(number_);
   }
   void Make(const std::string& address) {
-    client_ = MakeTcpClient(address, serial_, io_, listener_);
+    client_ = MakeTcpClient(address, serial_, {}, io_, listener_);
   }
   void Open() {
     if (!client_) Make(Address());
@@ -371,8 +371,8 @@ TEST(TcpAddress, WrongAddressesAreErrorsThatNameThem) {
 }
 
 TEST(TcpAddress, OnlyTheSchemeMakesATcpPort) {
-  EXPECT_TRUE(IsTcpPort("tcp://wrong"));
-  EXPECT_FALSE(IsTcpPort("/dev/serial/by-id/tcp://"));
+  EXPECT_TRUE(config::IsNetworkPort("tcp://wrong"));
+  EXPECT_FALSE(config::IsNetworkPort("/dev/serial/by-id/tcp://"));
 }
 
 /// A name server that does not answer for hosts named "dead…" until `revive` is set.
@@ -480,9 +480,9 @@ TEST_F(NamesTest, ADeadNameServerDelaysNoOtherLine) {
   test::Recorder named;
   test::Recorder numeric;
   const config::SerialSettings serial;
-  const auto dead = MakeTcpClient("tcp://dead" + port, serial, io_, hanging, names_);
-  const auto by_name = MakeTcpClient("tcp://server" + port, serial, io_, named, names_);
-  const auto by_number = MakeTcpClient("tcp://127.0.0.1" + port, serial, io_, numeric, names_);
+  const auto dead = MakeTcpClient("tcp://dead" + port, serial, {}, io_, hanging, names_);
+  const auto by_name = MakeTcpClient("tcp://server" + port, serial, {}, io_, named, names_);
+  const auto by_number = MakeTcpClient("tcp://127.0.0.1" + port, serial, {}, io_, numeric, names_);
   dead->Open();
   ASSERT_TRUE(WaitForAsked(1));
   by_name->Open();
@@ -494,7 +494,7 @@ TEST_F(NamesTest, ADeadNameServerDelaysNoOtherLine) {
 
 TEST_F(NamesTest, ALineWhoseNameHangsCanBeClosed) {
   test::Recorder hanging;
-  auto dead = MakeTcpClient("tcp://dead:1", {}, io_, hanging, names_);
+  auto dead = MakeTcpClient("tcp://dead:1", {}, {}, io_, hanging, names_);
   dead->Open();
   ASSERT_TRUE(WaitForAsked(1));
   dead.reset();

@@ -39,7 +39,7 @@ const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
 
 std::string SayOtherService(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const Finding* const other = OtherService(devices);
-  if (other == nullptr || !line.port.starts_with("tcp://")) return {};
+  if (other == nullptr || !line.is_network()) return {};
   const bool says = other->symptom == Symptom::text;
   return (says ? line.port + " sends " + other->cause
                : "no device is behind " + line.port + " (" + other->cause + ")") +

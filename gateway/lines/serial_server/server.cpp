@@ -30,10 +30,10 @@ std::string HowOf(const std::error_code& error) {
 
 }  // namespace
 
-ClientSocket::ClientSocket(asio::ip::tcp::socket socket, Events events) {
-  transports::KeepWatch(socket.native_handle());
-  pump_ = std::make_shared<transports::StreamPump<asio::ip::tcp::socket>>(
-      std::move(socket), std::move(events.bytes),
+ClientSocket::ClientSocket(tls::NetStream stream, Events events) {
+  transports::KeepWatch(stream.native_handle());
+  pump_ = std::make_shared<transports::StreamPump<tls::NetStream>>(
+      std::move(stream), std::move(events.bytes),
       [end = std::move(events.end)](const std::error_code& error) {
         end(error != asio::error::eof, HowOf(error));
       },
@@ -85,6 +85,8 @@ Server::Server(asio::io_context& io, config::PortServer config, Use use, std::st
       use_(use),
       line_(std::move(line)),
       owner_(owner),
+      io_(io),
+      tls_(tls::End::server, config_.tls),
       acceptor_(io),
       look_(io),
       retry_(io),
@@ -120,6 +122,9 @@ void Server::Look() {
 }
 
 Status Server::Listen() {
+  if (config_.tls.on()) {
+    if (const auto context = tls_.Current(); !context) return Error{context.error()};
+  }
   asio::error_code failed;
   const auto address = asio::ip::make_address(config_.at.host, failed);
   if (failed) return Error{"not an IP address (names are not looked up)"};
@@ -135,6 +140,7 @@ void Server::Stop() {
   look_.cancel();
   retry_.cancel();
   timer_.cancel();
+  newcomers_.clear();
   holder_ = nullptr;
   clients_.clear();
 }
@@ -209,19 +215,45 @@ void Server::Welcome(tcp::socket socket) {
   asio::error_code gone;
   const tcp::endpoint peer = socket.remote_endpoint(gone);
   if (gone) return;
+  if (config_.tls.on()) return BeginTls(std::move(socket), peer);
+  Admit(tls::NetStream(std::move(socket)), peer);
+}
+
+void Server::Refuse(const tcp::endpoint& peer, const std::string& why) {
+  log::WarnFolded(line_ + " refused " + HostOf(NameOf(peer)),
+                  "line {}: client {} is refused at {}: {}", line_, NameOf(peer), config_.Address(),
+                  why);
+}
+
+void Server::BeginTls(tcp::socket socket, const tcp::endpoint& peer) {
+  if (const auto why = WhyNot(peer)) return Refuse(peer, *why);
+  auto context = tls_.Current();
+  if (!context) return Refuse(peer, context.error());
+  asio::error_code failed;
+  const int owned = socket.release(failed);
+  const std::uint64_t number = next_newcomer_++;
+  newcomers_[number] = tls::Handshakes::OfProcess().Begin(
+      owned, std::move(*context), NameOf(peer), io_,
+      [this, number, peer](Result<std::unique_ptr<tls::Channel>> result) {
+        newcomers_.erase(number);
+        if (!result) return Refuse(peer, result.error());
+        tcp::socket secured = tls::SocketOf(**result, io_);
+        Admit(tls::NetStream(std::move(secured), std::move(*result)), peer);
+      });
+}
+
+void Server::Admit(tls::NetStream stream, const tcp::endpoint& peer) {
   const Now now = ReadClocks();
   // The arrival of a client may be reported before the departure of the client that had the port.
   if (holder_ != nullptr && holder_->socket->HasLeft()) OnEnd(*holder_, false, {});
-  if (const auto why = WhyNot(peer)) {
-    log::WarnFolded(line_ + " refused " + HostOf(NameOf(peer)),
-                    "line {}: client {} is refused at {}: {}", line_, NameOf(peer),
-                    config_.Address(), *why);
-    return;
-  }
+  if (const auto why = WhyNot(peer)) return Refuse(peer, *why);
   Client& client = clients_.emplace_back();
   client.name = NameOf(peer);
+  if (stream.channel() != nullptr && !stream.channel()->peer().subject.empty()) {
+    client.name += " " + stream.channel()->peer().Name();
+  }
   client.socket = std::make_unique<ClientSocket>(
-      std::move(socket),
+      std::move(stream),
       ClientSocket::Events{
           .bytes = [this, &client](View bytes) { OnBytes(client, bytes); },
           .end = [this, &client](bool failed,

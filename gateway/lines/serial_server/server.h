@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <functional>
 #include <list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,7 +25,9 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/lines/serial_server/session.h"
+#include "transports/net_stream.h"
 #include "transports/stream_pump.h"
+#include "transports/tls_handshakes.h"
 
 namespace baudgate::serial_server {
 
@@ -41,7 +44,7 @@ class ClientSocket final : public Session::Connection {
     std::function<void()> room;
   };
   /// No function of `events` is called after the destruction, or from within a call of this object.
-  ClientSocket(asio::ip::tcp::socket socket, Events events);
+  ClientSocket(tls::NetStream stream, Events events);
   ~ClientSocket();
   ClientSocket(const ClientSocket&) = delete;
   ClientSocket& operator=(const ClientSocket&) = delete;
@@ -54,7 +57,7 @@ class ClientSocket final : public Session::Connection {
   bool HasLeft();
 
  private:
-  std::shared_ptr<transports::StreamPump<asio::ip::tcp::socket>> pump_;
+  std::shared_ptr<transports::StreamPump<tls::NetStream>> pump_;
 };
 
 class Server final : public PortUser {
@@ -103,6 +106,9 @@ class Server final : public PortUser {
   void Look();
   void Later(asio::steady_timer& timer, Duration wait, void (Server::*then)());
   void Welcome(asio::ip::tcp::socket socket);
+  void BeginTls(asio::ip::tcp::socket socket, const asio::ip::tcp::endpoint& peer);
+  void Admit(tls::NetStream stream, const asio::ip::tcp::endpoint& peer);
+  void Refuse(const asio::ip::tcp::endpoint& peer, const std::string& why);
   std::optional<std::string> WhyNot(const asio::ip::tcp::endpoint& peer);
   bool MakeRoom();
   bool IsSilent(const Client& client) const;
@@ -122,6 +128,11 @@ class Server final : public PortUser {
   const Use use_;
   const std::string line_;
   PortOwner& owner_;
+  asio::io_context& io_;
+  tls::ContextFiles tls_;
+  // The clients whose TLS handshake has not ended, by number.
+  std::map<std::uint64_t, tls::Handshakes::Ticket> newcomers_;
+  std::uint64_t next_newcomer_ = 0;
   asio::ip::tcp::acceptor acceptor_;
   asio::steady_timer look_;
   asio::steady_timer retry_;  // accepts again after an error

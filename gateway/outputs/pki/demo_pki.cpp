@@ -18,9 +18,22 @@
 #include <initializer_list>
 
 #include "config/model/network.h"
-#include "gateway/outputs/pki/openssl.h"
+#include "transports/openssl.h"
+#include "transports/tls_context.h"
 
 namespace baudgate::pki {
+
+using tls::Bio;
+using tls::Certificate;
+using tls::Freed;
+using tls::ParseCertificates;
+using tls::ParseKey;
+using tls::Pkcs7;
+using tls::PrivateKey;
+using tls::ReadFile;
+using tls::Reading;
+using tls::Written;
+
 namespace {
 
 constexpr int kSerialBytes = 16;
@@ -59,10 +72,37 @@ bool AddExtension(X509* certificate, X509* issuer, int which, const char* value)
   return extension && X509_add_ext(certificate, extension.get(), -1) == 1;
 }
 
+/// What a certificate for TLS contains; a certificate for DDS has none of it.
+struct TlsUse {
+  std::string server_names{};  ///< subjectAltName; empty: the certificate is that of a client
+  std::string role{};
+  bool on = false;
+};
+
+bool AddTlsUse(X509* certificate, X509* issuer, const TlsUse& use) {
+  if (!use.on) return true;
+  const bool server = !use.server_names.empty();
+  if (!AddExtension(certificate, issuer, NID_ext_key_usage,
+                    server ? "serverAuth,clientAuth" : "clientAuth")) {
+    return false;
+  }
+  if (server &&
+      !AddExtension(certificate, issuer, NID_subject_alt_name, use.server_names.c_str())) {
+    return false;
+  }
+  if (use.role.empty()) return true;
+  X509V3_CTX context;
+  X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
+  const std::string value = "ASN1:UTF8String:" + use.role;
+  const std::unique_ptr<X509_EXTENSION, Freed<X509_EXTENSION_free>> extension(
+      X509V3_EXT_conf(nullptr, &context, tls::kRoleExtension, value.c_str()));
+  return extension && X509_add_ext(certificate, extension.get(), -1) == 1;
+}
+
 /// Creates a key and a certificate that `issuer` signs. `issuer` null: the certificate is that of
 /// an authority, and self-signed.
 Result<Issued> Make(const std::string& name, const Validity& validity, X509* issuer,
-                    EVP_PKEY* issuer_key, const std::string& server_names = {}) {
+                    EVP_PKEY* issuer_key, const TlsUse& use = {}) {
   const PrivateKey key(EVP_EC_gen("prime256v1"));
   const Certificate certificate(X509_new());
   X509* const raw = certificate.get();
@@ -84,10 +124,7 @@ Result<Issued> Make(const std::string& name, const Validity& validity, X509* iss
                                            : "critical,digitalSignature,keyAgreement") &&
                     AddExtension(raw, issuer, NID_subject_key_identifier, "hash") &&
                     AddExtension(raw, issuer, NID_authority_key_identifier, "keyid:always") &&
-                    (server_names.empty() ||
-                     (AddExtension(raw, issuer, NID_ext_key_usage, "serverAuth") &&
-                      AddExtension(raw, issuer, NID_subject_alt_name, server_names.c_str()))) &&
-                    X509_sign(raw, issuer_key, EVP_sha256()) > 0;
+                    AddTlsUse(raw, issuer, use) && X509_sign(raw, issuer_key, EVP_sha256()) > 0;
   const Bio certificate_text(BIO_new(BIO_s_mem()));
   const Bio key_text(BIO_new(BIO_s_mem()));
   if (!good || PEM_write_bio_X509(certificate_text.get(), raw) != 1 ||
@@ -99,11 +136,11 @@ Result<Issued> Make(const std::string& name, const Validity& validity, X509* iss
 }
 
 Result<Issued> IssueIdentity(const Issued& authority, const std::string& name,
-                             const Validity& validity, const std::string& server_names = {}) {
+                             const Validity& validity, const TlsUse& use = {}) {
   const auto certificates = ParseCertificates(authority.certificate);
   const PrivateKey key = ParseKey(authority.key, {});
   if (certificates.empty() || !key) return Error{"certificate or key of the authority is damaged"};
-  return Make(name, validity, certificates.front().get(), key.get(), server_names);
+  return Make(name, validity, certificates.front().get(), key.get(), use);
 }
 
 }  // namespace
@@ -119,7 +156,12 @@ Result<Issued> IssueServer(const Issued& authority, const std::vector<std::strin
     list +=
         (list.empty() ? "" : ",") + std::string(config::IsIpAddress(name) ? "IP:" : "DNS:") + name;
   }
-  return IssueIdentity(authority, names.front(), validity, list);
+  return IssueIdentity(authority, names.front(), validity, {.server_names = list, .on = true});
+}
+
+Result<Issued> IssueClient(const Issued& authority, const std::string& name,
+                           const std::string& role, const Validity& validity) {
+  return IssueIdentity(authority, name, validity, {.role = role, .on = true});
 }
 
 Result<std::string> SignDocument(const Issued& authority, const std::string& xml) {

@@ -38,10 +38,14 @@ struct Validity {
 /// Creates an authority with an EC key on prime256v1, as DDS Security 1.1 (9.3.1) demands. `name`
 /// is its CN.
 Result<Issued> MakeAuthority(const std::string& name, const Validity& validity);
-/// Issues a certificate for a TLS server. `names`: its host names and addresses (subjectAltName);
-/// the first is its CN.
+/// Issues a certificate for a TLS server, which can also show it as a client. `names`: its host
+/// names and addresses (subjectAltName); the first is its CN.
 Result<Issued> IssueServer(const Issued& authority, const std::vector<std::string>& names,
                            const Validity& validity);
+/// Issues a certificate for a TLS client. `name` is its CN; `role` empty: the certificate contains
+/// no role for Modbus (tls::kRoleExtension).
+Result<Issued> IssueClient(const Issued& authority, const std::string& name,
+                           const std::string& role, const Validity& validity);
 
 /// Signs like `openssl smime -sign -text`. Returns the text of a .p7s file.
 Result<std::string> SignDocument(const Issued& authority, const std::string& xml);

@@ -12,9 +12,24 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/outputs/pki/openssl.h"
+#include "transports/openssl.h"
 
 namespace baudgate::pki {
+
+using tls::Bio;
+using tls::Certificate;
+using tls::ParseCertificates;
+using tls::ParseKey;
+using tls::Pkcs7;
+using tls::PrivateKey;
+using tls::ReadFile;
+using tls::Reading;
+using tls::Store;
+using tls::StoreContext;
+using tls::SubjectOf;
+using tls::TimeOf;
+using tls::Written;
+
 namespace {
 
 using config::DdsSecurity;

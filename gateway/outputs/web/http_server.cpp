@@ -150,7 +150,7 @@ std::optional<Response> WrongContent(const Request& request, const Limits& limit
 
 class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
  public:
-  Impl(HttpHandler& handler, const Limits& limits, const pki::TlsTexts& tls)
+  Impl(HttpHandler& handler, const Limits& limits, const tls::TlsTexts& tls)
       : handler_(handler), limits_(limits), tls_(tls), connections_(limits) {}
 
   Status Start(transports::ListenSocket socket);
@@ -186,7 +186,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
 
   HttpHandler& handler_;
   const Limits limits_;
-  const pki::TlsTexts tls_;
+  const tls::TlsTexts tls_;
   const BytesUnderWay bytes_ = std::make_shared<std::atomic<std::size_t>>(0);
   MHD_Daemon* daemon_ = nullptr;
   bool socket_taken_ = false;
@@ -212,7 +212,7 @@ Status HttpServer::Impl::Start(transports::ListenSocket socket) {
   if (tls_.on()) {
     add(MHD_OPTION_HTTPS_MEM_CERT, tls_.certificate);
     add(MHD_OPTION_HTTPS_MEM_KEY, tls_.key);
-    add(MHD_OPTION_HTTPS_MEM_TRUST, tls_.client_ca);
+    add(MHD_OPTION_HTTPS_MEM_TRUST, tls_.authorities);
     add(MHD_OPTION_HTTPS_PRIORITIES, kVersions);
   }
   tls.push_back({MHD_OPTION_END, 0, nullptr});
@@ -343,7 +343,7 @@ MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, 
     exchanges_[exchange.get()] = exchange;
   }
   *kept = new Kept(exchange);
-  if (!tls_.client_ca.empty() && !HasCertificate(connection)) {
+  if (!tls_.authorities.empty() && !HasCertificate(connection)) {
     return Queue(connection,
                  Problem(403, "this gateway needs a certificate of the authority in web.client_ca"),
                  exchange, true);
@@ -407,7 +407,7 @@ void HttpServer::Impl::OnCompleted(void* self, MHD_Connection*, void** kept,
 
 Result<std::unique_ptr<HttpServer>> HttpServer::Start(transports::ListenSocket socket,
                                                       HttpHandler& handler, const Limits& limits,
-                                                      const pki::TlsTexts& tls) {
+                                                      const tls::TlsTexts& tls) {
   auto impl = std::make_shared<Impl>(handler, limits, tls);
   if (const Status status = impl->Start(std::move(socket)); !status) return Error{status.error()};
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(impl)));

@@ -15,7 +15,7 @@
 
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/pki/tls_files.h"
+#include "transports/tls_files.h"
 #include "gateway/outputs/web/request.h"
 #include "transports/listen_socket.h"
 
@@ -102,7 +102,7 @@ class HttpServer {
   /// `handler` must outlive the server. `tls` off: the server speaks HTTP without TLS.
   static Result<std::unique_ptr<HttpServer>> Start(transports::ListenSocket socket,
                                                    HttpHandler& handler, const Limits& limits = {},
-                                                   const pki::TlsTexts& tls = {});
+                                                   const tls::TlsTexts& tls = {});
   ~HttpServer();
 
   /// Stops listening, and returns the listening socket for another server at the same port. Open

@@ -24,14 +24,14 @@ bool WebOutput::HasOtherToken(const config::Web& next) const {
 }
 
 bool WebOutput::HasOtherCertificate(const config::Web& next) const {
-  if (!server_ || next.certificate.empty() || next.certificate != web_.certificate) return false;
-  const auto tls = pki::ReadTls({next.certificate, next.key, next.client_ca});
+  if (!server_ || next.tls.certificate.empty() || next.tls != web_.tls) return false;
+  const auto tls = tls::ReadTls(next.tls);
   return !tls || *tls != tls_;
 }
 
 void WebOutput::WarnOfEnd() const {
   if (!tls_.on()) return;
-  const std::string warning = pki::EndsSoon(web_.certificate, tls_.until, ReadClocks().wall);
+  const std::string warning = tls::EndsSoon(tls_, ReadClocks().wall);
   if (!warning.empty()) log::Warn("web: {}", warning);
 }
 
@@ -39,7 +39,7 @@ void WebOutput::Examine(const config::Config& next, std::vector<std::string>& se
                         std::vector<std::string>& /*restart*/) const {
   if (HasOtherToken(next.web)) settings.emplace_back("the token in " + next.web.token_file);
   if (HasOtherCertificate(next.web)) {
-    settings.emplace_back("the certificate in " + next.web.certificate);
+    settings.emplace_back("the certificate in " + next.web.tls.certificate);
   }
 }
 
@@ -74,7 +74,7 @@ std::string WebOutput::Serve(const Configuration& config, Port& port) {
   }
   if (!port.troubles.empty()) return port.troubles.front();
   const std::optional<std::string> token = port.opened.token;
-  const pki::TlsTexts tls = port.opened.tls;
+  const tls::TlsTexts tls = port.opened.tls;
   if (server_) {
     const Status status = server_->Apply(config, std::move(port.opened), links_.info.history);
     if (!status) return status.error();
@@ -89,7 +89,7 @@ std::string WebOutput::Serve(const Configuration& config, Port& port) {
   token_ = token;
   tls_ = tls;
   if (moved) {
-    log::Info("web page on {}://{}/", config->web.certificate.empty() ? "http" : "https",
+    log::Info("web page on {}://{}/", config->web.tls.certificate.empty() ? "http" : "https",
               config->web.Address());
   }
   WarnOfEnd();

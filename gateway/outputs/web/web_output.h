@@ -62,7 +62,7 @@ class WebOutput final : public outputs::Output {
   config::Web web_;             // the settings that are in use
   std::unique_ptr<Port> port_;  // exists from Open to Begin
   std::optional<std::string> token_;
-  pki::TlsTexts tls_;
+  tls::TlsTexts tls_;
   std::unique_ptr<web::WebServer> server_;
   mutable Mutex mutex_;
   std::string summary_ BAUDGATE_GUARDED_BY(mutex_);

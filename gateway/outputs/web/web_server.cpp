@@ -116,8 +116,8 @@ Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config:
     if (!token) return Error{"web: " + token.error()};
     opened.token = std::move(*token);
   }
-  if (!next.certificate.empty()) {
-    auto tls = pki::ReadTls({next.certificate, next.key, next.client_ca});
+  if (!next.tls.certificate.empty()) {
+    auto tls = tls::ReadTls(next.tls);
     if (!tls) return Error{"web: " + tls.error()};
     opened.tls = std::move(*tls);
   }

@@ -39,7 +39,7 @@ class WebServer final : public HttpHandler {
     /// Not open: the server keeps its port.
     transports::ListenSocket socket{};
     std::optional<std::string> token{};  ///< empty: there is no token of web.token
-    pki::TlsTexts tls{};
+    tls::TlsTexts tls{};
   };
   /// Opens a listening socket. `at` must contain an address of this machine, not a name.
   static Result<transports::ListenSocket> ListenAt(const config::HostPort& at);
@@ -89,7 +89,7 @@ class WebServer final : public HttpHandler {
   std::atomic<std::size_t> waiting_ = 0;
   std::atomic<std::size_t> logins_ = 0;
   std::unique_ptr<HttpServer> http_;
-  pki::TlsTexts tls_;  // the certificates that http_ uses
+  tls::TlsTexts tls_;  // the certificates that http_ uses
 };
 
 }  // namespace baudgate::web

@@ -134,19 +134,30 @@ void AddCheck(CLI::App& app, Action& action) {
 }
 
 void AddServerCerts(CLI::App& certs, Action& action) {
-  auto* command = certs.add_subcommand(
-      "web", "Make an authority and a certificate for TLS of the page, or renew the certificate");
-  SetExample(*command, "baudgate certs web /etc/baudgate/web --name gate.example.com");
-  auto options = std::make_shared<ServerCertsOptions>();
-  command->add_option("DIR", options->directory, "Folder; created if it is missing")->required();
-  command
-      ->add_option("--name", options->names,
-                   "Host name or address of the gateway; repeat the option for more names")
-      ->take_all()
-      ->allow_extra_args(false);
-  command->callback([options, &action] {
-    action = [options](const auto&) { return RunServerCerts(*options, std::cout, std::cerr); };
-  });
+  using Use = ServerCertsOptions::Use;
+  const auto add = [&](const char* name, const char* what, Use use, const char* example) {
+    auto* command = certs.add_subcommand(
+        name, std::string("Make an authority and certificates for TLS of ") + what +
+                  ", or renew the certificates");
+    SetExample(*command, example);
+    auto options = std::make_shared<ServerCertsOptions>();
+    options->use = use;
+    command->add_option("DIR", options->directory, "Folder; created if it is missing")->required();
+    command
+        ->add_option("--name", options->names,
+                     "Host name or address of the gateway; repeat the option for more names")
+        ->take_all()
+        ->allow_extra_args(false);
+    command->callback([options, &action] {
+      action = [options](const auto&) { return RunServerCerts(*options, std::cout, std::cerr); };
+    });
+  };
+  add("web", "the page", Use::web,
+      "baudgate certs web /etc/baudgate/web --name gate.example.com");
+  add("modbus", "Modbus clients, with the roles viewer and operator", Use::modbus,
+      "baudgate certs modbus /etc/baudgate/modbus --name gate.example.com");
+  add("ports", "served and lent ports", Use::ports,
+      "baudgate certs ports /etc/baudgate/ports --name gate.example.com");
 }
 
 void AddCerts(CLI::App& app, Action& action) {

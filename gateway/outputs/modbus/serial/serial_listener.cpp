@@ -51,7 +51,7 @@ MasterSession::MasterSession(const config::Listener& listener, ServerShared& sha
       owner_(owner),
       quiet_(*protocol().timing(listener.serial).quiet),
       gap_(listener.framing == Framing::ascii ? kAsciiGap : std::max(quiet_, kUsbGap)),
-      requests_(listener, shared, *this, listener.path, listener.priority, now),
+      requests_(listener, shared, *this, listener.path, listener.priority, nullptr, now),
       echo_(listener.echo) {
   assembler_.Begin(protocol().request_rule, protocol().expect({}, {}));
 }

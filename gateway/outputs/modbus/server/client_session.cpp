@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <asio/error.hpp>
 #include <cerrno>
 #include <utility>
 
@@ -130,17 +131,33 @@ bool ClientSocket::Watch(std::uint32_t events) {
 void ClientSocket::Close() {
   if (socket_ < 0) return;
   poll_.Remove(socket_, client_);
+  if (channel_) channel_->End();
   ::close(std::exchange(socket_, -1));
 }
 
 std::optional<std::size_t> ClientSocket::Receive(std::span<std::uint8_t> space) {
+  if (channel_) {
+    const auto moved = channel_->Read(space);
+    if (moved.error == asio::error::would_block) return std::nullopt;
+    return moved.count;
+  }
   const ssize_t count = ::recv(socket_, space.data(), space.size(), 0);
   if (count < 0 && IsForNow(errno)) return std::nullopt;
   return static_cast<std::size_t>(std::max<ssize_t>(count, 0));
 }
 
 bool ClientSocket::Flush(Instant now) {
-  if (!unsent_.empty()) {
+  if (channel_) {
+    std::size_t taken = 0;
+    std::error_code failed;
+    while (taken < unsent_.size() && !failed) {
+      const auto moved = channel_->Write(View(unsent_).subspan(taken));
+      taken += moved.count;
+      failed = moved.error;
+    }
+    if (failed && failed != asio::error::would_block) return false;
+    unsent_.erase(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(taken));
+  } else if (!unsent_.empty()) {
     const ssize_t sent = ::send(socket_, unsent_.data(), unsent_.size(), MSG_NOSIGNAL);
     if (sent < 0 && !IsForNow(errno)) return false;
     unsent_.erase(unsent_.begin(), unsent_.begin() + std::max<ssize_t>(sent, 0));
@@ -161,16 +178,16 @@ constexpr Duration kLongestAsciiGap = 1s;
 
 }  // namespace
 
-ClientSession::ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
-                             ServerShared& shared, std::string peer, config::Priority priority,
+ClientSession::ClientSession(Accepted accepted, ClientPoll& clients,
+                             const config::Listener& listener, ServerShared& shared,
                              const Now& now, Owner& owner)
-    : socket_(socket, clients, *this, now.instant),
+    : socket_(accepted.socket, std::move(accepted.channel), clients, *this, now.instant),
       listener_(listener),
       shared_(shared),
-      peer_(std::move(peer)),
+      peer_(std::move(accepted.peer)),
       owner_(owner),
       framing_(MakeFraming(listener.framing, shared.frames())),
-      requests_(listener, shared, *this, peer_, priority, now),
+      requests_(listener, shared, *this, peer_, accepted.priority, accepted.rights, now),
       last_bytes_(now.instant),
       last_frame_(now.instant) {}
 
@@ -254,11 +271,14 @@ bool ClientSession::Supersede(View frame) {
 void ClientSession::Continue() {
   if (closed_) return;
   if (socket_.is_blocked()) return Watch(EPOLLOUT);
-  if (framing_->Peek() == ClientFraming::State::need_more) return Watch(EPOLLIN);
+  const bool waits = framing_->Peek() == ClientFraming::State::need_more;
+  if (waits && !socket_.HasPending()) return Watch(EPOLLIN);
   Watch(0);
   if (closed_) return;
   socket_.PostTurn([self = shared_from_this()](const Now& now) {
-    if (!self->closed_ && !self->socket_.is_blocked()) self->Turn(now);
+    if (self->closed_ || self->socket_.is_blocked()) return;
+    if (self->socket_.HasPending()) self->Fill(now.instant);
+    if (!self->closed_) self->Turn(now);
   });
 }
 
@@ -273,7 +293,9 @@ void ClientSession::Answer(const ModbusRequest& request, Responder& responder, I
 }
 
 bool ClientSession::SendAtOnce(const ModbusRequest& request, Responder& responder) {
-  if (!socket_.unsent().empty() || framing_->one_at_a_time()) return false;
+  if (!socket_.unsent().empty() || framing_->one_at_a_time() || socket_.is_encrypted()) {
+    return false;
+  }
   if (framing_->Peek() != ClientFraming::State::need_more) return false;
   switch (responder.Send(request, socket_.number())) {
     case Responder::Sent::whole:

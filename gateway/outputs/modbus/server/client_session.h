@@ -31,6 +31,7 @@
 #include "gateway/base/time.h"
 #include "gateway/outputs/modbus/service/client_requests.h"
 #include "gateway/outputs/modbus/wire/request.h"
+#include "transports/tls_context.h"
 
 namespace baudgate::modbus {
 
@@ -85,18 +86,36 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
   Client* only_ = nullptr;
 };
 
+/// The connection of a client that was accepted.
+struct Accepted {
+  int socket = -1;  ///< connected and non-blocking; belongs to the session
+  std::unique_ptr<tls::Channel> channel{};  ///< null: the connection is not encrypted
+  std::string peer{};  ///< address of the client, and what its certificate names
+  config::Priority priority = config::Priority::normal;
+  const config::RoleRights* rights = nullptr;  ///< see ClientRequests
+};
+
 // `ClientSocket` is the socket of one client, with the events for which the poll watches it and the
 // replies that were not sent yet. The destructor closes the socket.
 class ClientSocket {
  public:
-  /// `socket` must be connected and non-blocking. `poll` and `client`, which receives the events,
-  /// must outlive this object.
-  ClientSocket(int socket, ClientPoll& poll, ClientPoll::Client& client, Instant now)
-      : socket_(socket), poll_(poll), client_(client), blocked_since_(now) {}
+  /// `socket` must be connected and non-blocking. Without a channel, the bytes are not encrypted.
+  /// `poll` and `client`, which receives the events, must outlive this object.
+  ClientSocket(int socket, std::unique_ptr<tls::Channel> channel, ClientPoll& poll,
+               ClientPoll::Client& client, Instant now)
+      : socket_(socket),
+        channel_(std::move(channel)),
+        poll_(poll),
+        client_(client),
+        blocked_since_(now) {}
   ~ClientSocket() { Close(); }
   ClientSocket(const ClientSocket&) = delete;
   ClientSocket& operator=(const ClientSocket&) = delete;
 
+  /// True if replies must be sent through Flush, which encrypts them.
+  bool is_encrypted() const { return channel_ != nullptr; }
+  /// True if Receive has bytes for which the poll reports no event.
+  bool HasPending() const { return channel_ && channel_->HasPending(); }
   int number() const { return socket_; }
   /// Adds the socket to the poll. False: the kernel has no memory for it.
   bool Start();
@@ -131,6 +150,7 @@ class ClientSocket {
 
  private:
   int socket_;
+  std::unique_ptr<tls::Channel> channel_;
   ClientPoll& poll_;
   ClientPoll::Client& client_;
   std::uint32_t watched_ = 0;
@@ -162,11 +182,9 @@ class ClientSession final : public ClientPoll::Client,
     ~Owner() = default;
   };
 
-  /// Owns `socket`, which must be connected and non-blocking. `clients`, `listener`, `shared` and
-  /// `owner` must remain valid until the session is closed.
-  ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
-                ServerShared& shared, std::string peer, config::Priority priority, const Now& now,
-                Owner& owner);
+  /// `clients`, `listener`, `shared` and `owner` must remain valid until the session is closed.
+  ClientSession(Accepted accepted, ClientPoll& clients, const config::Listener& listener,
+                ServerShared& shared, const Now& now, Owner& owner);
 
   void Start();
   void Close();

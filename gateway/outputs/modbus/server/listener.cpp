@@ -169,6 +169,15 @@ Duration SweepPeriodOf(const config::Listener& listener, const ModbusLimits& lim
 
 }  // namespace
 
+namespace {
+
+std::unique_ptr<tls::ContextFiles> TlsOf(const config::Listener& listener) {
+  if (listener.protocol != config::Listener::Protocol::tls) return nullptr;
+  return std::make_unique<tls::ContextFiles>(tls::End::server, listener.tls);
+}
+
+}  // namespace
+
 Listener::Listener(asio::io_context& io, config::Listener listener, ServerShared& shared)
     : acceptor_(io),
       clients_(std::make_shared<ClientPoll>(io)),
@@ -176,9 +185,13 @@ Listener::Listener(asio::io_context& io, config::Listener listener, ServerShared
       sweep_(io),
       listener_(std::move(listener)),
       shared_(shared),
+      tls_(TlsOf(listener_)),
       sweep_period_(SweepPeriodOf(listener_, shared.limits())) {}
 
 Status Listener::Open(PassedSockets* passed) {
+  if (tls_) {
+    if (const auto context = tls_->Current(); !context) return Error{context.error()};
+  }
   asio::error_code failed;
   tcp::resolver resolver(acceptor_.get_executor());
   const auto found =
@@ -207,13 +220,15 @@ void Listener::Start() {
 }
 
 std::string Listener::Summary() const {
-  return std::string(Title(listener_.framing)) + (listener_.speaks_serial() ? " over TCP" : "") +
+  return std::string(Title(listener_.framing)) +
+         (listener_.speaks_serial() ? " over TCP" : tls_ ? " with TLS" : "") +
          " on " + listener_.host + ":" + std::to_string(port_);
 }
 
 void Listener::Renew(const config::Listener& listener) {
   CloseClients();
   listener_ = listener;
+  tls_ = TlsOf(listener_);
   sweep_period_ = SweepPeriodOf(listener_, shared_.limits());
   Sweep(ReadClocks());
 }
@@ -229,6 +244,7 @@ void Listener::Stop() {
 }
 
 void Listener::CloseClients() {
+  newcomers_.clear();
   const auto sessions = std::exchange(sessions_, {});
   for (const auto& [key, session] : sessions) session->Close();
 }
@@ -261,13 +277,6 @@ void Listener::Welcome(tcp::socket socket) {
   if (!Allows(listener_.allow, address)) {
     return Refuse(name, "its address is not in 'allow' of this listener (modbus.listen)");
   }
-  if (sessions_.size() >= MostClients() && !MakeRoom(name, ReadClocks().instant)) {
-    return Refuse(
-        name,
-        shared_.limits().client_share < 1
-            ? "no file descriptor is left for another client; raise LimitNOFILE of the service"
-            : "max_clients are connected already; raise max_clients of the listener");
-  }
   asio::error_code failed;
   socket.set_option(tcp::no_delay(true), failed);
   socket.set_option(asio::socket_base::keep_alive(true), failed);
@@ -275,12 +284,75 @@ void Listener::Welcome(tcp::socket socket) {
   if (failed) return;
   const int owned = socket.release(failed);
   if (failed) return;
+  if (tls_) return BeginTls(owned, name, address);
+  Admit({.socket = owned, .peer = name}, address);
+}
+
+void Listener::BeginTls(int owned, const std::string& peer, const PeerAddress& address) {
+  auto context = tls_->Current();
+  if (!context) {
+    ::close(owned);
+    return Refuse(peer, context.error());
+  }
+  const std::uint64_t number = next_newcomer_++;
+  Newcomer& newcomer = newcomers_[number];
+  newcomer.peer = peer;
+  newcomer.address = address;
+  newcomer.ticket = tls::Handshakes::OfProcess().Begin(
+      owned, std::move(*context), peer, static_cast<asio::io_context&>(acceptor_.get_executor().context()),
+      [this, number](Result<std::unique_ptr<tls::Channel>> result) {
+        EndTls(number, std::move(result));
+      });
+}
+
+void Listener::EndTls(std::uint64_t number, Result<std::unique_ptr<tls::Channel>> result) {
+  const auto found = newcomers_.find(number);
+  if (found == newcomers_.end()) return;
+  const auto self = shared_from_this();
+  const std::string peer = found->second.peer;
+  const PeerAddress address = found->second.address;
+  newcomers_.erase(found);
+  const WallTime now = ReadClocks().wall;
+  const std::string what = "Modbus with TLS at " + listener_.Address();
+  if (!result) {
+    shared_.Note({"login", "", HostOf(peer), what, result.error()}, now);
+    return Refuse(peer, result.error());
+  }
+  const tls::Identity identity = (*result)->peer();
+  const auto role = std::ranges::find(listener_.roles, identity.role, &config::RoleRights::role);
+  const bool has_rights = !identity.role.empty() && role != listener_.roles.end();
+  const std::string none = identity.role.empty() ? "the certificate contains no role"
+                                                 : "the role '" + identity.role +
+                                                       "' has no rights at this listener";
+  const std::string why = !identity.trouble.empty() ? identity.trouble : has_rights ? "" : none;
+  shared_.Note({"login", identity.Name(), HostOf(peer), what,
+                why.empty() ? "ok, role " + identity.role : why},
+               now);
+  if (!why.empty()) WarnOfClient(peer, "may send no request", why + "; see roles in modbus.listen");
+  Accepted accepted{.peer = peer + " " + identity.Name(),
+                    .rights = has_rights ? &*role : nullptr};
+  accepted.socket = (*result)->Release();
+  accepted.channel = std::move(*result);
+  Admit(std::move(accepted), address);
+}
+
+void Listener::Admit(Accepted accepted, const PeerAddress& address) {
+  if (sessions_.size() >= MostClients() && !MakeRoom(accepted.peer, ReadClocks().instant)) {
+    ::close(accepted.socket);
+    return Refuse(
+        accepted.peer,
+        shared_.limits().client_share < 1
+            ? "no file descriptor is left for another client; raise LimitNOFILE of the service"
+            : "max_clients are connected already; raise max_clients of the listener");
+  }
   LiveCounters& counters = shared_.counters();
   LiveCounters::Add(counters.accepted);
   counters.clients.fetch_add(1, std::memory_order_relaxed);
-  auto session =
-      std::make_shared<ClientSession>(owned, *clients_, listener_, shared_, name,
-                                      PriorityOf(listener_, address), ReadClocks(), *this);
+  const Now now = ReadClocks();
+  shared_.NoteHost(accepted.peer, listener_, now.wall);
+  accepted.priority = PriorityOf(listener_, address);
+  auto session = std::make_shared<ClientSession>(std::move(accepted), *clients_, listener_, shared_,
+                                                 now, *this);
   sessions_.emplace(session.get(), session);
   session->Start();
 }

@@ -21,6 +21,7 @@
 #include "gateway/outputs/modbus/server/client_session.h"
 #include "gateway/outputs/modbus/service/client_requests.h"
 #include "transports/listen_socket.h"
+#include "transports/tls_handshakes.h"
 
 namespace baudgate::modbus {
 
@@ -102,6 +103,10 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   void CloseClients();
   void Accept();
   void Welcome(asio::ip::tcp::socket socket);
+  void BeginTls(int owned, const std::string& peer, const PeerAddress& address);
+  void EndTls(std::uint64_t number, Result<std::unique_ptr<tls::Channel>> result);
+  /// Begins a session, if there is room. `accepted.peer` begins with the client's address.
+  void Admit(Accepted accepted, const PeerAddress& address);
   std::size_t MostClients() const;
   bool MakeRoom(std::string_view newcomer, Instant now);
   void Refuse(std::string_view peer, std::string_view why);
@@ -118,6 +123,15 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
       // Sessions refer to it, so it changes only while there are no sessions.
       listener_;
   ServerShared& shared_;
+  /// A client whose TLS handshake has not ended.
+  struct Newcomer {
+    std::string peer;
+    PeerAddress address{};
+    tls::Handshakes::Ticket ticket{};
+  };
+  std::unique_ptr<tls::ContextFiles> tls_;  // null: the port is not encrypted
+  std::unordered_map<std::uint64_t, Newcomer> newcomers_;
+  std::uint64_t next_newcomer_ = 0;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;
   Duration sweep_period_;
   Instant next_sweep_ = Instant::max();

@@ -22,7 +22,15 @@ ServerShared::ServerShared(const config::Config& config, const bus::PointStore& 
           },
           links.events, AckRegister(store, links.alarms, links.writes)),
       router_(config, links.lines, links.writes, links.routed, book_),
-      frames_(links.frames) {}
+      frames_(links.frames),
+      journal_(links.journal) {}
+
+void ServerShared::NoteHost(const std::string& peer, const config::Listener& listener,
+                            WallTime now) {
+  constexpr std::size_t kMostKnown = 10'000;
+  if (known_hosts_.size() >= kMostKnown || !known_hosts_.insert(HostNumberOf(peer)).second) return;
+  Note({"host", "", HostOf(peer), "first connection at " + listener.Address(), "ok"}, now);
+}
 
 void ServerShared::Open(asio::io_context& io, Inbox::Clocks clocks) {
   inbox_->Open(io, std::move(clocks));
@@ -397,12 +405,86 @@ namespace {
 constexpr const char* kNotPermitted =
     "the listener does not permit this request; see its 'permit' and 'write' in modbus.listen";
 
+using Range = config::RoleRule::Range;
+
+bool IsWithin(const std::vector<Range>& ranges, std::size_t first, std::size_t last) {
+  if (ranges.empty()) return true;
+  return std::ranges::any_of(
+      ranges, [&](const Range& one) { return one.first <= first && last <= one.last; });
+}
+
+/// A part of a request: `count` registers or bits from `start`.
+struct Span {
+  std::size_t start;
+  std::size_t count;
+};
+
+/// Returns the registers or bits that a request names. Empty: its function has no addresses, or it
+/// is too short. Source: MODBUS Application Protocol 1.1b3, chapter 6.
+std::vector<Span> AddressesOf(View pdu) {
+  const ByteReader reader(pdu);
+  const auto span = [&](std::size_t at, std::optional<std::size_t> count) -> std::optional<Span> {
+    const auto start = reader.U16Be(at);
+    if (!start || !count) return std::nullopt;
+    return Span{*start, std::max<std::size_t>(*count, 1)};
+  };
+  std::vector<std::optional<Span>> spans;
+  switch (pdu.empty() ? 0 : pdu[0]) {
+    case 1:
+    case 2:
+    case 3:
+    case 4:
+    case 15:
+    case 16:
+      spans = {span(1, reader.U16Be(3))};
+      break;
+    case 5:
+    case 6:
+    case 22:  // mask write register
+    case 24:  // read FIFO queue
+      spans = {span(1, 1)};
+      break;
+    case 23:  // read and write registers
+      spans = {span(1, reader.U16Be(3)), span(5, reader.U16Be(7))};
+      break;
+    default:
+      break;
+  }
+  std::vector<Span> found;
+  for (const auto& one : spans) {
+    if (!one) return {};
+    found.push_back(*one);
+  }
+  return found;
+}
+
+bool Permits(const config::RoleRule& rule, View frame) {
+  const std::uint8_t unit = UnitOf(frame);
+  if (!IsWithin(rule.units, unit, unit)) return false;
+  if (!rule.functions.empty() &&
+      std::ranges::find(rule.functions, FunctionOf(frame)) == rule.functions.end()) {
+    return false;
+  }
+  if (rule.addresses.empty()) return true;
+  const auto spans = AddressesOf(PduOf(frame));
+  return !spans.empty() && std::ranges::all_of(spans, [&](const Span& one) {
+    return IsWithin(rule.addresses, one.start, one.start + one.count - 1);
+  });
+}
+
 }  // namespace
+
+bool Permits(const config::RoleRights& rights, View frame) {
+  if (rights.rules.empty()) return Permits(rights.permit, FunctionOf(frame));
+  return std::ranges::any_of(
+      rights.rules, [frame](const config::RoleRule& rule) { return Permits(rule, frame); });
+}
 
 ClientRequests::ClientRequests(const config::Listener& listener, ServerShared& shared,
                                ClientWire& wire, const std::string& peer, config::Priority priority,
-                               const Now& now)
+                               const config::RoleRights* rights, const Now& now)
     : listener_(listener),
+      rights_(rights),
       router_(shared.router()),
       replies_(std::make_shared<ClientReplies>(listener, wire, shared.counters(), shared.book(),
                                                peer, priority, now.wall)),
@@ -415,7 +497,7 @@ void ClientRequests::Handle(View frame, const Now& now) {
   replies_->OnRequest(frame, now.instant);
   const Way way = router_.WayOf(UnitOf(frame));
   if (way.kind == Way::Kind::none) return replies_->Refuse(frame, kNoPath, now.instant);
-  if (!Permits(listener_.permit, FunctionOf(frame))) return Deny(frame, way, now);
+  if (const std::string why = WhyDenied(frame); !why.empty()) return Deny(frame, way, why, now);
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
   if (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame))) {
     return HandleBroadcast(frame, TrafficBook::kBroadcasts, router_.lines(), now);
@@ -423,10 +505,22 @@ void ClientRequests::Handle(View frame, const Now& now) {
   local_->Handle(frame, HasRoom(), now);
 }
 
-void ClientRequests::Deny(View frame, const Way& way, const Now& now) {
+std::string ClientRequests::WhyDenied(View frame) const {
+  if (!Permits(listener_.permit, FunctionOf(frame))) return kNotPermitted;
+  if (listener_.protocol != config::Listener::Protocol::tls) return {};
+  if (rights_ == nullptr) {
+    return "the client's certificate has no role that may send requests; see 'roles' of the "
+           "listener in modbus.listen";
+  }
+  if (Permits(*rights_, frame)) return {};
+  return "the role '" + rights_->role +
+         "' of the client may not send this request; see 'roles' of the listener in modbus.listen";
+}
+
+void ClientRequests::Deny(View frame, const Way& way, const std::string& reason, const Now& now) {
   const bool gateway = way.kind == Way::Kind::gateway && UnitOf(frame) != 0;
-  if (way.kind == Way::Kind::route) routed_->Deny(frame, way.route, kNotPermitted, now);
-  if (way.kind == Way::Kind::device || gateway) local_->Deny(frame, kNotPermitted, now);
+  if (way.kind == Way::Kind::route) routed_->Deny(frame, way.route, reason, now);
+  if (way.kind == Way::Kind::device || gateway) local_->Deny(frame, reason, now);
   replies_->Refuse(frame, kIllegalFunction, now.instant);
 }
 

@@ -18,6 +18,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -34,6 +35,7 @@
 #include "gateway/outputs/modbus/service/router.h"
 #include "gateway/outputs/modbus/service/traffic_book.h"
 #include "gateway/outputs/modbus/wire/request.h"
+#include "gateway/records/audit/security_journal.h"
 
 namespace baudgate::modbus {
 
@@ -88,6 +90,8 @@ struct ModbusLinks {
   std::shared_ptr<const events::EventFeed> events{};
   events::EventSource* alarms = nullptr;  ///< acknowledges alarms; null: there are no alarms
   OnRoutedReport routed{};  ///< called for the result of each routed request; can be null
+  /// Records clients with certificates, and hosts that connect for the first time; can be null.
+  audit::SecurityJournal* journal = nullptr;
 };
 
 // `ServerShared` contains the parts that all clients of a Modbus server share: units, routes, the
@@ -118,6 +122,13 @@ class ServerShared {
   Router& router() { return router_; }
   const Frames& frames() const { return frames_; }
 
+  /// Adds a row to the security journal, if there is one.
+  void Note(audit::SecurityEvent event, WallTime now) {
+    if (journal_ != nullptr) journal_->Note(std::move(event), now);
+  }
+  /// Notes a client that is connected, if it is the first of its host since the start.
+  void NoteHost(const std::string& peer, const config::Listener& listener, WallTime now);
+
   LiveCounters& counters() { return counters_; }
   const LiveCounters& counters() const { return counters_; }
   const ModbusLimits& limits() const { return limits_; }
@@ -132,6 +143,8 @@ class ServerShared {
   OwnUnits units_;
   Router router_;
   Frames frames_;
+  audit::SecurityJournal* const journal_;
+  std::set<std::uint64_t> known_hosts_;
   const std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
 };
 
@@ -323,11 +336,18 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
 /// gateway/bus/writes/write_gate.h decides which points can be written.
 bool Permits(config::Permit permit, std::uint8_t function);
 
+/// True if a role with these rights is allowed to send the request. A rule with `addresses` permits
+/// only functions whose requests contain addresses of registers or bits.
+bool Permits(const config::RoleRights& rights, View frame);
+
 class ClientRequests {
  public:
-  /// `listener`, `shared` and `wire` must remain valid until Close.
+  /// `listener`, `shared`, `wire` and `rights` must remain valid until Close. `rights`: those of the
+  /// client's role at a listener with TLS; null: the client has no role, so nothing is permitted.
+  /// Other listeners do not use `rights`.
   ClientRequests(const config::Listener& listener, ServerShared& shared, ClientWire& wire,
-                 const std::string& peer, config::Priority priority, const Now& now);
+                 const std::string& peer, config::Priority priority,
+                 const config::RoleRights* rights, const Now& now);
 
   /// Handles one whole frame, including the MBAP header. `wire` is called exactly once for it, now
   /// or later, unless the request is abandoned before.
@@ -352,13 +372,16 @@ class ClientRequests {
   std::optional<Instant> Deadline() const;
 
  private:
-  void Deny(View frame, const Way& way, const Now& now);
+  void Deny(View frame, const Way& way, const std::string& reason, const Now& now);
+  /// Returns why the client may not send the request; empty: it may.
+  std::string WhyDenied(View frame) const;
   void HandleRouted(View frame, std::size_t index, const Now& now);
   void HandleBroadcast(View frame, std::size_t index, std::span<const RouteTargets::Line> lines,
                        const Now& now);
   bool HasRoom() const { return outstanding() + routed_->broadcasts() < PendingRequests::kMost; }
 
   const config::Listener& listener_;
+  const config::RoleRights* const rights_;
   Router& router_;
   const std::shared_ptr<ClientReplies> replies_;
   const std::shared_ptr<LocalRequests> local_;

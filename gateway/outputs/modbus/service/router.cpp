@@ -50,7 +50,7 @@ void RouteTargets::LinkServers() {
   for (const std::size_t number : routes_.numbers()) {
     const config::Route& route = routes_.at(number);
     if (!route.line.empty()) continue;
-    const HostPort at(route.host, route.port);
+    const ServerKey at(route.host, route.port, route.tls);
     std::unique_ptr<Upstream>& server = servers_[at];
     if (!server) server = MakeServer(at);
     server->Start();
@@ -62,8 +62,9 @@ void RouteTargets::LinkServers() {
   }
 }
 
-std::unique_ptr<Upstream> RouteTargets::MakeServer(const HostPort& at) {
-  return std::make_unique<Upstream>(*io_, at.first, at.second,
+std::unique_ptr<Upstream> RouteTargets::MakeServer(const ServerKey& at) {
+  const auto& [host, port, tls] = at;
+  return std::make_unique<Upstream>(*io_, host, port, tls,
                                     [this, at](std::uint8_t slave) { CameLate(at, slave); });
 }
 
@@ -91,10 +92,10 @@ std::string RouteTargets::NameOf(const bus::RouteTarget* target) const {
   return {};
 }
 
-void RouteTargets::CameLate(const HostPort& server, std::uint8_t slave) {
+void RouteTargets::CameLate(const ServerKey& server, std::uint8_t slave) {
   for (const std::size_t number : routes_.numbers()) {
     const config::Route& other = routes_.at(number);
-    const bool same_server = other.line.empty() && HostPort(other.host, other.port) == server;
+    const bool same_server = other.line.empty() && ServerKey(other.host, other.port, other.tls) == server;
     if (same_server && slave >= other.SlaveOf(other.first) && slave <= other.SlaveOf(other.last)) {
       book_->CameLate(number);
     }

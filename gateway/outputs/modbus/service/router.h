@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -45,7 +46,7 @@ class RouteTargets {
   RouteTargets(const RouteTargets&) = delete;
   RouteTargets& operator=(const RouteTargets&) = delete;
 
-  /// Open creates the remote servers, one per host and port; Close stops them. Both must be called
+  /// Open creates the remote servers, one per ServerKey; Close stops them. Both must be called
   /// on the server's thread.
   void Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book);
   void Close();
@@ -67,19 +68,20 @@ class RouteTargets {
   std::span<const Line> lines() const { return lines_; }
 
  private:
-  using HostPort = std::pair<std::string, std::uint16_t>;
+  /// Host, port and the files of TLS of a remote server.
+  using ServerKey = std::tuple<std::string, std::uint16_t, config::TlsFiles>;
 
   void LinkLines(std::span<bus::RouteTarget* const> lines);
   void LinkServers();
-  std::unique_ptr<Upstream> MakeServer(const HostPort& at);
-  void CameLate(const HostPort& server, std::uint8_t slave);
+  std::unique_ptr<Upstream> MakeServer(const ServerKey& at);
+  void CameLate(const ServerKey& server, std::uint8_t slave);
 
   const RouteList& routes_;
   asio::io_context* io_ = nullptr;  ///< null: Open was not called
   std::shared_ptr<TrafficBook> book_;
   /// Servers are never removed, because clients that have sent requests to them can still call
   /// Abandon.
-  std::map<HostPort, std::unique_ptr<Upstream>> servers_;
+  std::map<ServerKey, std::unique_ptr<Upstream>> servers_;
   std::vector<bus::RouteTarget*> targets_;  ///< by route number; null: the route has no target
   std::vector<Line> lines_;
   /// For each client: the targets that can still have requests of the client.

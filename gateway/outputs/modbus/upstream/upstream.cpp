@@ -167,7 +167,10 @@ void Upstream::Link::Connect(Instant now) {
   connection_ = std::make_shared<UpstreamConnection>(io_, *this);
   connect_by_ = now + kConnectTimeout;
   on_wire_.OnConnecting(now);
-  connection_->Open(host_, port_);
+  if (!tls_.files().on()) return connection_->Open(host_, port_);
+  auto context = tls_.Current();
+  if (!context) return connection_->FailSoon("cannot be called over TLS: " + context.error());
+  connection_->Open(host_, port_, std::move(*context));
 }
 
 void Upstream::Link::OnConnected() {
@@ -203,9 +206,9 @@ void Upstream::Link::Break(const std::string& reason, Instant now) {
 
 // ---------------------------------------------------------------- the class Upstream
 
-Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port, OnLate on_late,
-                   Clock clock)
-    : link_(std::make_shared<Link>(io, std::move(host), port, std::move(on_late),
+Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port,
+                   const config::TlsFiles& tls, OnLate on_late, Clock clock)
+    : link_(std::make_shared<Link>(io, std::move(host), port, tls, std::move(on_late),
                                    std::move(clock))) {}
 
 Upstream::~Upstream() { Stop(); }

@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 
+#include "config/model/network.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/writes/route_queue.h"
 
@@ -25,10 +26,12 @@ class Upstream final : public bus::RouteTarget {
   using OnLate = std::function<void(std::uint8_t unit)>;
   using Clock = std::function<Instant()>;
 
-  /// `host` is a name or an address. `on_late` is called when a reply of a unit came after its
+  /// `host` is a name or an address. With `tls.on()`, the server is called over TLS (Modbus/TCP
+  /// Security). `on_late` is called when a reply of a unit came after its
   /// request's deadline and was dropped. `io` must outlive this object.
   Upstream(
-      asio::io_context& io, std::string host, std::uint16_t port, OnLate on_late,
+      asio::io_context& io, std::string host, std::uint16_t port, const config::TlsFiles& tls,
+      OnLate on_late,
       Clock clock = [] { return ReadClocks().instant; });
   ~Upstream() override;
   Upstream(const Upstream&) = delete;

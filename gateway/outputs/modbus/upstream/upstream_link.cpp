@@ -7,6 +7,7 @@
 #include <asio/buffer.hpp>
 #include <asio/connect.hpp>
 #include <asio/error.hpp>
+#include <asio/post.hpp>
 #include <utility>
 
 namespace baudgate::modbus {
@@ -68,7 +69,10 @@ void WatchPeer(tcp::socket& socket) {
 
 }  // namespace
 
-void UpstreamConnection::Open(const std::string& host, std::uint16_t port) {
+void UpstreamConnection::Open(const std::string& host, std::uint16_t port,
+                              std::shared_ptr<const tls::Context> tls) {
+  host_ = host;
+  tls_ = std::move(tls);
   asio::error_code not_numeric;
   const auto address = asio::ip::make_address(host, not_numeric);
   if (!not_numeric) return Connect({tcp::endpoint(address, port)});
@@ -84,20 +88,43 @@ void UpstreamConnection::Open(const std::string& host, std::uint16_t port) {
       });
 }
 
+void UpstreamConnection::FailSoon(const std::string& reason) {
+  asio::post(io_, [self = shared_from_this(), reason] {
+    if (self->owner_ != nullptr) self->owner_->OnBroken(reason);
+  });
+}
+
 void UpstreamConnection::Connect(const std::vector<tcp::endpoint>& endpoints) {
+  connecting_ = std::make_unique<tcp::socket>(io_);
   asio::async_connect(
-      socket_, endpoints,
+      *connecting_, endpoints,
       [self = shared_from_this()](const asio::error_code& error, const tcp::endpoint&) {
         if (self->owner_ == nullptr) return;
-        if (!error) return self->Begin();
-        self->owner_->OnBroken("cannot be reached: " + error.message());
+        if (error) return self->owner_->OnBroken("cannot be reached: " + error.message());
+        WatchPeer(*self->connecting_);
+        if (self->tls_) return self->BeginTls();
+        self->stream_ = tls::NetStream(std::move(*self->connecting_));
+        self->Begin();
+      });
+}
+
+void UpstreamConnection::BeginTls() {
+  asio::error_code failed;
+  const int owned = connecting_->release(failed);
+  handshake_ = tls::Handshakes::OfProcess().Begin(
+      owned, tls_, host_, io_,
+      [self = shared_from_this()](Result<std::unique_ptr<tls::Channel>> result) {
+        if (self->owner_ == nullptr) return;
+        if (!result) return self->owner_->OnBroken(result.error());
+        tcp::socket socket = tls::SocketOf(**result, self->io_);
+        self->stream_ = tls::NetStream(std::move(socket), std::move(*result));
+        self->Begin();
       });
 }
 
 void UpstreamConnection::Begin() {
-  WatchPeer(socket_);
   asio::error_code failed;
-  socket_.non_blocking(true, failed);
+  stream_.non_blocking(true, failed);
   if (failed) return owner_->OnBroken("cannot be used: " + failed.message());
   connected_ = true;
   Read();
@@ -108,7 +135,7 @@ void UpstreamConnection::Begin() {
 /// error. Bytes are not queued here, because they would be sent after their deadlines.
 Status UpstreamConnection::Send(View frame) {
   asio::error_code error;
-  const std::size_t count = socket_.write_some(asio::buffer(frame.data(), frame.size()), error);
+  const std::size_t count = stream_.write_some(asio::buffer(frame.data(), frame.size()), error);
   if (error && error != asio::error::would_block)
     return Error{"has lost the connection: " + error.message()};
   if (count < frame.size()) return Error{"takes no data"};
@@ -118,16 +145,17 @@ Status UpstreamConnection::Send(View frame) {
 void UpstreamConnection::Close() {
   owner_ = nullptr;
   look_up_ = {};
+  handshake_ = {};
   asio::error_code ignored;
+  if (connecting_) connecting_->close(ignored);
   // Closes with a reset, so that neither kernel later delivers a request that was reported to a
   // client as lost.
-  socket_.set_option(asio::socket_base::linger(true, 0), ignored);
-  socket_.close(ignored);
+  stream_.Reset();
 }
 
 void UpstreamConnection::Read() {
   const auto space = input_.Space();
-  socket_.async_read_some(
+  stream_.async_read_some(
       asio::buffer(space.data(), space.size()),
       [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
         if (self->owner_ == nullptr) return;

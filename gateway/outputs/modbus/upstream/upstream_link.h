@@ -27,8 +27,10 @@
 #include "gateway/outputs/modbus/upstream/requests_on_wire.h"
 #include "gateway/outputs/modbus/upstream/upstream.h"
 #include "gateway/outputs/modbus/wire/request.h"
+#include "transports/net_stream.h"
 #include "transports/port_keeper.h"
 #include "transports/tcp_client.h"
+#include "transports/tls_handshakes.h"
 
 namespace baudgate::modbus {
 
@@ -157,13 +159,16 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
 
   /// The owner must remain valid until Close.
   UpstreamConnection(asio::io_context& io, Owner& owner)
-      : io_(io), socket_(io), owner_(&owner), input_([this](View head, std::size_t told) {
+      : io_(io), stream_(asio::ip::tcp::socket(io)), owner_(&owner), input_([this](View head, std::size_t told) {
           return owner_ == nullptr ? told : owner_->LengthOf(head, told);
         }) {}
 
-  /// Looks up the name and connects. Must be called only once. There is no timeout; Close ends the
-  /// attempt.
-  void Open(const std::string& host, std::uint16_t port);
+  /// Looks up the name and connects; with `tls`, the server must have a certificate for `host`. Must
+  /// be called only once. There is no timeout; Close ends the attempt.
+  void Open(const std::string& host, std::uint16_t port,
+            std::shared_ptr<const tls::Context> tls = {});
+  /// Calls Owner::OnBroken after the current handler, in place of Open.
+  void FailSoon(const std::string& reason);
   /// Passes the whole frame to the kernel. Returns an error if the kernel does not accept all of it
   /// now.
   Status Send(View frame);
@@ -177,13 +182,18 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
 
  private:
   void Connect(const std::vector<asio::ip::tcp::endpoint>& endpoints);
+  void BeginTls();
   void Begin();
   void Read();
   void TakeFrames();
 
   asio::io_context& io_;
   transports::HostNames::Ticket look_up_;
-  asio::ip::tcp::socket socket_;
+  std::string host_;
+  std::shared_ptr<const tls::Context> tls_;
+  tls::Handshakes::Ticket handshake_;
+  std::unique_ptr<asio::ip::tcp::socket> connecting_;
+  tls::NetStream stream_;
   Owner* owner_;  // null: the connection is closed
   bool connected_ = false;
   MbapAssembler input_;
@@ -192,11 +202,13 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
 class Upstream::Link final : public std::enable_shared_from_this<Link>,
                              public UpstreamConnection::Owner {
  public:
-  Link(asio::io_context& io, std::string host, std::uint16_t port, OnLate on_late, Clock clock)
+  Link(asio::io_context& io, std::string host, std::uint16_t port, const config::TlsFiles& tls,
+       OnLate on_late, Clock clock)
       : io_(io),
         timer_(io),
         host_(std::move(host)),
         port_(port),
+        tls_(tls::End::client, tls),
         on_late_(std::move(on_late)),
         clock_(std::move(clock)),
         name_("server " + host_ + ":" + std::to_string(port)),
@@ -240,6 +252,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   asio::steady_timer timer_;
   const std::string host_;
   const std::uint16_t port_;
+  tls::ContextFiles tls_;
   const OnLate on_late_;
   const Clock clock_;
   const std::string name_;

@@ -9,7 +9,8 @@
 #include "config/checks/uniques.h"
 #include "gateway/outputs/pki/demo_pki.h"
 #include "gateway/outputs/pki/security_check.h"
-#include "gateway/outputs/pki/tls_files.h"
+#include "gateway/outputs/pki/server_files.h"
+#include "transports/tls_files.h"
 
 namespace baudgate::tools {
 
@@ -80,17 +81,58 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
   return kDone;
 }
 
+namespace {
+
+/// Returns the clients that get a certificate of the gateway's authority.
+std::vector<pki::ClientFiles> ClientsOf(ServerCertsOptions::Use use) {
+  switch (use) {
+    case ServerCertsOptions::Use::web:
+      break;
+    case ServerCertsOptions::Use::modbus:
+      return {{"viewer", "viewer"}, {"operator", "operator"}};
+    case ServerCertsOptions::Use::ports:
+      return {{"client"}};
+  }
+  return {};
+}
+
+/// Prints what to write into the configuration, and what the clients need.
+void PrintUse(const std::string& folder, ServerCertsOptions::Use use, std::ostream& out) {
+  const std::string files =
+      "certificate: " + folder + "/gateway.pem, key: " + folder + "/gateway.key";
+  out << "configuration of the gateway:\n  ";
+  switch (use) {
+    case ServerCertsOptions::Use::web:
+      out << "web: { " << files << " }\nLet browsers trust " << folder << "/ca.pem";
+      break;
+    case ServerCertsOptions::Use::modbus:
+      out << "modbus:\n    listen:\n      - { at: \"0.0.0.0:802\", protocol: tls,\n          "
+          << files << ",\n          ca: " << folder
+          << "/ca.pem }\nClients need ca.pem, and viewer.pem with viewer.key to read, or "
+             "operator.pem with operator.key to write as well";
+      break;
+    case ServerCertsOptions::Use::ports:
+      out << "serial_server: { at: \"0.0.0.0:4001\", " << files << ",\n    client_ca: " << folder
+          << "/ca.pem }\nClients need ca.pem, client.pem and client.key";
+      break;
+  }
+  out << ". Keep " << folder
+      << "/ca.key secret and apart. The same command renews the certificates.\n";
+}
+
+}  // namespace
+
 int RunServerCerts(const ServerCertsOptions& options, std::ostream& out, std::ostream& err) {
   std::error_code error;
   const std::string folder = fs::absolute(options.directory, error).lexically_normal().string();
   std::vector<std::string> names = options.names;
-  if (names.empty()) names = pki::NamesIn(folder + "/gateway.pem");
+  if (names.empty()) names = tls::NamesIn(folder + "/gateway.pem");
   if (names.empty()) {
     std::array<char, 256> host{};
     if (::gethostname(host.data(), host.size() - 1) == 0) names.emplace_back(host.data());
     names.insert(names.end(), {"localhost", "127.0.0.1"});
   }
-  const auto made = pki::WriteServerFiles(folder, names, ReadClocks().wall);
+  const auto made = pki::WriteServerFiles(folder, names, ClientsOf(options.use), ReadClocks().wall);
   if (!made) {
     err << "certs: " << made.error() << '\n';
     return kNotWritten;
@@ -99,10 +141,7 @@ int RunServerCerts(const ServerCertsOptions& options, std::ostream& out, std::os
   for (const std::string& name : names) out << ' ' << name;
   out << ":\n";
   for (const std::string& one : *made) out << "  " << one << '\n';
-  out << "configuration of the gateway:\n  web: { certificate: " << folder
-      << "/gateway.pem, key: " << folder << "/gateway.key }\n"
-      << "Let browsers trust " << folder << "/ca.pem, and keep " << folder
-      << "/ca.key secret and apart. The same command renews the certificate.\n";
+  PrintUse(folder, options.use, out);
   return kDone;
 }
 

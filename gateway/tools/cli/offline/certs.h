@@ -1,8 +1,10 @@
 // `baudgate certs dds`: writes an authority, identities and signed documents for DDS Security.
+// `baudgate certs web`, `modbus`, `ports`: write an authority and certificates for TLS.
 // CheckDdsSecurity checks these files for `baudgate check`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -34,13 +36,15 @@ struct CertsOptions {
 int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err);
 
 struct ServerCertsOptions {
+  enum class Use : std::uint8_t { web, modbus, ports };
+  Use use = Use::web;
   std::string directory;
   /// Host names and addresses of the gateway. Empty: those of the certificate that is renewed, else
   /// the name of this machine, localhost and 127.0.0.1.
   std::vector<std::string> names;
 };
 
-/// `baudgate certs web`. Exit codes: 0 done; 4 a file cannot be read or written.
+/// `baudgate certs web`, `certs modbus` and `certs ports`. Exit codes: 0 done; 4 a file cannot be read or written.
 int RunServerCerts(const ServerCertsOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

@@ -71,7 +71,7 @@ std::string Describe(const config::PortServer& server) {
 
 std::string Describe(const config::Line& line) {
   std::string text = "line " + line.name + ": " + line.port;
-  if (!line.port.starts_with("tcp://")) text += ", " + line.serial.ToString();
+  if (!line.is_network()) text += ", " + line.serial.ToString();
   if (line.serial.software_parity) text += " (software parity)";
   if (line.serial_server) return text + ", served at " + Describe(*line.serial_server);
   text += ", " + line.protocol + ", " + Plural(line.devices.size(), "device");

@@ -10,7 +10,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/outputs/pki/tls_files.h"
+#include "transports/tls_files.h"
 #include "gateway/outputs/users/user_file.h"
 #include "gateway/outputs/web/access.h"
 #include "gateway/outputs/web/metrics.h"
@@ -200,10 +200,10 @@ std::string WrongUsers(const std::string& file) {
   return file + " has no users; add one: baudgate users add NAME --role engineer";
 }
 
-/// Returns what is wrong with the certificate of the page; empty: nothing.
-std::string WrongCertificate(const config::Web& web, WallTime now) {
-  const auto tls = pki::ReadTls({web.certificate, web.key, web.client_ca});
-  return tls ? pki::EndsSoon(web.certificate, tls->until, now) : tls.error();
+/// Returns what is wrong with the files of TLS; empty: nothing.
+std::string WrongCertificate(const config::TlsFiles& files, WallTime now) {
+  const auto tls = tls::ReadTls(files);
+  return tls ? tls::EndsSoon(*tls, now) : tls.error();
 }
 
 }  // namespace
@@ -218,8 +218,8 @@ void CheckSecurityFiles(const config::Config& config, WallTime now,
     const auto token = web::ReadToken(web.token_file);
     add(web.token_mark, "file", token ? std::string() : token.error());
   }
-  if (web.on && !web.certificate.empty()) {
-    add(web.certificate_mark, "certificate", WrongCertificate(web, now));
+  for (const config::TlsUse& use : config::TlsUses(config)) {
+    add(use.mark, use.where.c_str(), WrongCertificate(use.files, now));
   }
   if (!config.users.file.empty()) add(config.users.mark, "file", WrongUsers(config.users.file));
 }
@@ -230,7 +230,7 @@ void PrintWeb(const config::Config& config, std::ostream& out) {
     out << "web off\n";
     return;
   }
-  out << (web.certificate.empty() ? "web http://" : "web https://") << web.Address() << "/, ";
+  out << (web.tls.certificate.empty() ? "web http://" : "web https://") << web.Address() << "/, ";
   out << (web.token_file.empty() ? "without a token" : "with the token of " + web.token_file);
   if (!config.users.file.empty()) out << ", with the users of " << config.users.file;
   for (std::size_t i = 0; i < web.allow.size(); ++i) {

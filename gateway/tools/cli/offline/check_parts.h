@@ -45,7 +45,7 @@ void PrintWrites(const config::Line& line, std::ostream& out);
 /// allowed. Example: {"allowed":["setting_group"],"off":["reset"]}.
 nlohmann::ordered_json WritesJson(const config::Device& device);
 
-/// Checks the token file, the users file and the certificate of the page. Their problems are
+/// Checks the token file, the users file and the certificates. Their problems are
 /// warnings, because the user of `check` perhaps has no permission to read the files.
 void CheckSecurityFiles(const config::Config& config, WallTime now,
                         std::vector<config::Problem>& problems);

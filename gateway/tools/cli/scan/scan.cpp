@@ -151,7 +151,7 @@ namespace {
 constexpr Duration kLastAnswer = 1s;
 
 std::string PortOf(const std::string& target) {
-  return transports::IsTcpPort(target)
+  return config::IsNetworkPort(target)
              ? target
              : std::filesystem::absolute(target).lexically_normal().string();
 }
@@ -257,7 +257,7 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     if (!loan) return code;
   }
   const std::string port = loan ? loan->port() : PortOf(options.target);
-  wish->network = transports::IsTcpPort(port);
+  wish->network = config::IsNetworkPort(port);
   config::SerialSettings first;  // the scan applies the settings of each protocol later
   first.rs485.enabled = options.rs485;
   auto wire = PortWire::Open(port, first, stop);

@@ -9,7 +9,8 @@
 #include <fstream>
 
 #include "gateway/outputs/control/request_handler.h"
-#include "gateway/outputs/pki/tls_files.h"
+#include "gateway/outputs/pki/server_files.h"
+#include "transports/tls_files.h"
 #include "gateway/records/audit/security_journal.h"
 #include "tests/gateway/outputs/web/fixture.h"
 
@@ -200,10 +201,10 @@ std::string GetByTls(std::uint16_t port, const fs::path& ca, const std::string& 
 
 TEST_F(WebUsersTest, ThePageSpeaksTls) {
   const auto made =
-      pki::WriteServerFiles(folder_ / "tls", {"localhost", "127.0.0.1"}, ReadClocks().wall);
+      pki::WriteServerFiles(folder_ / "tls", {"localhost", "127.0.0.1"}, {}, ReadClocks().wall);
   ASSERT_TRUE(made) << made.error();
-  config_.web.certificate = folder_ / "tls/gateway.pem";
-  config_.web.key = folder_ / "tls/gateway.key";
+  config_.web.tls.certificate = folder_ / "tls/gateway.pem";
+  config_.web.tls.key = folder_ / "tls/gateway.key";
   Start();
   const fs::path ca = folder_ / "tls/ca.pem";
   EXPECT_THAT(GetByTls(port_, ca, "/"), HasSubstr("200 OK"));
@@ -212,14 +213,14 @@ TEST_F(WebUsersTest, ThePageSpeaksTls) {
   EXPECT_EQ(GetByTls(port_, folder_ / "absent", "/"), "") << "another authority";
   EXPECT_EQ(Get("/").status, 0) << "without TLS";
   // A renewed certificate: the connections end, the port stays.
-  ASSERT_TRUE(pki::WriteServerFiles(folder_ / "tls", {"localhost"}, ReadClocks().wall));
+  ASSERT_TRUE(pki::WriteServerFiles(folder_ / "tls", {"localhost"}, {}, ReadClocks().wall));
   for (int renewal = 0; renewal < 2; ++renewal) {
     const auto renewed = WebServer::Open(config_.web, &config_.web);
     ASSERT_TRUE(renewed) << renewed.error();
     EXPECT_TRUE(server_->Apply(Running(), {{}, {}, renewed->tls}, nullptr));
     EXPECT_THAT(GetByTls(port_, ca, "/"), HasSubstr("200 OK"));
   }
-  config_.web.client_ca = ca;
+  config_.web.tls.authorities = ca;
   const auto opened = WebServer::Open(config_.web, &config_.web);
   ASSERT_TRUE(opened) << opened.error();
   EXPECT_FALSE(opened->socket.is_open());
@@ -228,11 +229,11 @@ TEST_F(WebUsersTest, ThePageSpeaksTls) {
 }
 
 TEST_F(WebUsersTest, FilesOfTlsAreCheckedBeforeTheyAreUsed) {
-  ASSERT_TRUE(pki::WriteServerFiles(folder_ / "a", {"localhost"}, ReadClocks().wall));
-  ASSERT_TRUE(pki::WriteServerFiles(folder_ / "b", {"localhost"}, ReadClocks().wall));
+  ASSERT_TRUE(pki::WriteServerFiles(folder_ / "a", {"localhost"}, {}, ReadClocks().wall));
+  ASSERT_TRUE(pki::WriteServerFiles(folder_ / "b", {"localhost"}, {}, ReadClocks().wall));
   const fs::path a = folder_ / "a";
   const auto error = [](const fs::path& certificate, const fs::path& key) {
-    const auto texts = pki::ReadTls({certificate.string(), key.string(), ""});
+    const auto texts = tls::ReadTls({certificate.string(), key.string(), ""});
     return texts ? std::string() : texts.error();
   };
   EXPECT_EQ(error(a / "gateway.pem", a / "gateway.key"), "");
@@ -242,10 +243,10 @@ TEST_F(WebUsersTest, FilesOfTlsAreCheckedBeforeTheyAreUsed) {
   EXPECT_THAT(error(a / "absent", a / "gateway.key"), HasSubstr("absent cannot be read"));
   ::chmod((a / "gateway.key").c_str(), 0644);
   EXPECT_THAT(error(a / "gateway.pem", a / "gateway.key"), HasSubstr("chmod o= "));
-  EXPECT_THAT(pki::NamesIn((folder_ / "b/gateway.pem").string()),
+  EXPECT_THAT(tls::NamesIn((folder_ / "b/gateway.pem").string()),
               ::testing::ElementsAre("localhost"));
   const auto made = [&](const std::vector<std::string>& names) {
-    const auto files = pki::WriteServerFiles(a.string(), names, ReadClocks().wall);
+    const auto files = pki::WriteServerFiles(a.string(), names, {}, ReadClocks().wall);
     return files ? std::string() : files.error();
   };
   EXPECT_EQ(made({"*.example.com", "10.0.0.7", "2001:db8::1"}), "");
@@ -257,9 +258,9 @@ TEST_F(WebUsersTest, FilesOfTlsAreCheckedBeforeTheyAreUsed) {
   fs::copy_file(folder_ / "b/ca.key", a / "ca.key");
   EXPECT_THAT(made({"localhost"}), HasSubstr("does not belong to"));
   const WallTime now = ReadClocks().wall;
-  EXPECT_EQ(pki::EndsSoon("f", now + 31 * 24h, now), "");
-  EXPECT_THAT(pki::EndsSoon("f", now + 29 * 24h, now), HasSubstr("the certificate f ends on"));
-  EXPECT_THAT(pki::EndsSoon("f", now, now), HasSubstr("has ended"));
+  EXPECT_EQ(tls::EndsSoon("f", now + 31 * 24h, now), "");
+  EXPECT_THAT(tls::EndsSoon("f", now + 29 * 24h, now), HasSubstr("the certificate f ends on"));
+  EXPECT_THAT(tls::EndsSoon("f", now, now), HasSubstr("has ended"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// `Certificate`, `PrivateKey`, `Bio` and others own objects of OpenSSL. Only gateway/outputs/pki
-// uses them.
+// `Certificate`, `PrivateKey`, `Bio` and others own objects of OpenSSL. Only files about TLS in
+// this folder and gateway/outputs/pki use them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,7 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 
-namespace baudgate::pki {
+namespace baudgate::tls {
 
 template <auto kFree>
 struct Freed {
@@ -45,6 +45,8 @@ PrivateKey ParseKey(const std::string& pem, const std::string& password);
 
 /// Returns the subject as in the documents of DDS Security, e.g. "CN=baudgate" (RFC 2253).
 std::string SubjectOf(const Certificate& certificate);
+/// Returns the serial number in hexadecimal digits.
+std::string SerialOf(const Certificate& certificate);
 WallTime TimeOf(const ASN1_TIME* time);
 
-}  // namespace baudgate::pki
+}  // namespace baudgate::tls

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/pki/openssl.h"
+#include "transports/openssl.h"
 
 #include <openssl/err.h>
 #include <openssl/pem.h>
@@ -10,7 +10,7 @@
 #include <ctime>
 #include <fstream>
 
-namespace baudgate::pki {
+namespace baudgate::tls {
 namespace {
 
 constexpr std::size_t kLongestFile = 1U << 20;
@@ -73,10 +73,20 @@ std::string SubjectOf(const Certificate& certificate) {
   return Written(to);
 }
 
+std::string SerialOf(const Certificate& certificate) {
+  const std::unique_ptr<BIGNUM, Freed<BN_free>> number(
+      ASN1_INTEGER_to_BN(X509_get0_serialNumber(certificate.get()), nullptr));
+  char* const text = number ? BN_bn2hex(number.get()) : nullptr;
+  if (text == nullptr) return {};
+  std::string serial = text;
+  OPENSSL_free(text);
+  return serial;
+}
+
 WallTime TimeOf(const ASN1_TIME* time) {
   std::tm parts{};
   if (ASN1_TIME_to_tm(time, &parts) != 1) return {};
   return WallTime(std::chrono::seconds(::timegm(&parts)));
 }
 
-}  // namespace baudgate::pki
+}  // namespace baudgate::tls

@@ -1,0 +1,369 @@
+// TLS connections: whose certificate is accepted, roles in certificates, renewed files, and
+// connections whose bytes arrive in pieces.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <openssl/x509v3.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <asio/error.hpp>
+#include <asio/io_context.hpp>
+#include <asio/local/stream_protocol.hpp>
+#include <asio/read.hpp>
+#include <asio/write.hpp>
+#include <filesystem>
+#include <optional>
+
+#include "gateway/outputs/pki/demo_pki.h"
+#include "gateway/outputs/pki/server_files.h"
+#include "tests/gateway/outputs/pki/pki_folder.h"
+#include "transports/tls_handshakes.h"
+
+namespace baudgate::tls {
+namespace {
+
+using ::testing::HasSubstr;
+using ChannelResult = Result<std::unique_ptr<Channel>>;
+
+Certificate FirstOf(const std::string& pem) {
+  auto found = ParseCertificates(pem);
+  EXPECT_FALSE(found.empty());
+  return found.empty() ? nullptr : std::move(found.front());
+}
+
+/// Returns RoleOf for a certificate with these extensions; "!" and the error if there is one.
+std::string RoleWith(const std::vector<std::string>& values) {
+  const Certificate certificate(X509_new());
+  for (const std::string& value : values) {
+    X509V3_CTX context;
+    X509V3_set_ctx(&context, nullptr, certificate.get(), nullptr, nullptr, 0);
+    X509_EXTENSION* const extension =
+        X509V3_EXT_conf(nullptr, &context, kRoleExtension, value.c_str());
+    EXPECT_NE(extension, nullptr) << value;
+    X509_add_ext(certificate.get(), extension, -1);
+    X509_EXTENSION_free(extension);
+  }
+  const auto role = RoleOf(*certificate);
+  return role ? *role : "!" + role.error();
+}
+
+TEST(TlsRole, IsExactlyOneUtf8String) {
+  EXPECT_EQ(RoleWith({}), "");
+  EXPECT_EQ(RoleWith({"ASN1:UTF8String:operator"}), "operator");
+  EXPECT_EQ(RoleWith({"ASN1:FORMAT:UTF8,UTF8String:größe"}), "größe");
+  EXPECT_THAT(RoleWith({"ASN1:UTF8String:viewer", "ASN1:UTF8String:operator"}),
+              HasSubstr("!the certificate contains its role twice"));
+  for (const char* other : {"ASN1:PRINTABLESTRING:operator", "ASN1:IA5STRING:operator",
+                            "ASN1:OCTETSTRING:operator", "ASN1:INTEGER:3", "DER:0C", "DER:0C02",
+                            "DER:0C026F", "DER:0C016F00", "DER:0C016F0C016F", "DER:3003 0C016F"}) {
+    EXPECT_THAT(RoleWith({other}), HasSubstr("!the role in the certificate is not")) << other;
+  }
+  for (const char* wrong : {"DER:0C00", "DER:0C01FF", "DER:0C0100"}) {
+    EXPECT_THAT(RoleWith({wrong}), HasSubstr("!the role in the certificate is empty")) << wrong;
+  }
+  EXPECT_EQ(RoleWith({"ASN1:UTF8String:" + std::string(128, 'r')}), std::string(128, 'r'));
+  EXPECT_THAT(RoleWith({"ASN1:UTF8String:" + std::string(129, 'r')}), HasSubstr("too long"));
+}
+
+class TlsTest : public ::testing::Test {
+ protected:
+  TlsTest() {
+    Write("");
+    Write("other/");
+  }
+
+  void Write(const std::string& folder) const {
+    const auto made =
+        pki::WriteServerFiles(folder_.In(folder), {"localhost", "127.0.0.1"},
+                              {{"viewer", "viewer"}, {"plain", ""}}, ReadClocks().wall);
+    ASSERT_TRUE(made) << made.error();
+  }
+
+  config::TlsFiles Files(const std::string& name, const std::string& authority = "ca.pem") const {
+    if (name.empty()) return {.authorities = folder_.In(authority)};
+    return {folder_.In(name + ".pem"), folder_.In(name + ".key"), folder_.In(authority)};
+  }
+
+  std::shared_ptr<const Context> Made(End end, const config::TlsFiles& files) const {
+    const auto texts = ReadTls(files);
+    EXPECT_TRUE(texts) << texts.error();
+    const auto context = Context::Make(end, texts ? *texts : TlsTexts{});
+    EXPECT_TRUE(context);
+    return context ? *context : nullptr;
+  }
+
+  /// Runs the handshake over `server_socket` and `client_socket`.
+  void Shake(int server_socket, int client_socket, const config::TlsFiles& server,
+             const config::TlsFiles& client, const std::string& name = "localhost") {
+    server_.reset();
+    client_.reset();
+    io_.restart();
+    const auto server_ticket =
+        handshakes_.Begin(server_socket, Made(End::server, server), "10.0.0.7:4000", io_,
+                          [this](ChannelResult result) { server_ = std::move(result); });
+    const auto client_ticket =
+        handshakes_.Begin(client_socket, Made(End::client, client), name, io_,
+                          [this](ChannelResult result) { client_ = std::move(result); });
+    const auto guard = asio::make_work_guard(io_);
+    while (!server_ || !client_) io_.run_one();
+  }
+
+  void Shake(const config::TlsFiles& server, const config::TlsFiles& client,
+             const std::string& name = "localhost") {
+    int pair[2];
+    ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair), 0);
+    Shake(pair[0], pair[1], server, client, name);
+  }
+
+  /// In TLS 1.3 a client learns only from its first read that the server refuses it.
+  std::string WhyRefused() const {
+    EXPECT_FALSE(*server_);
+    return *server_ ? "" : server_->error();
+  }
+
+  pki::testing::PkiFolder folder_{"tls"};
+  asio::io_context io_;
+  Handshakes handshakes_;
+  std::optional<ChannelResult> server_;
+  std::optional<ChannelResult> client_;
+};
+
+TEST_F(TlsTest, BothEndsKnowEachOther) {
+  Shake(Files("gateway"), Files("viewer"));
+  ASSERT_TRUE(*server_) << server_->error();
+  ASSERT_TRUE(*client_) << client_->error();
+  const Identity& viewer = (*server_)->peer();
+  EXPECT_EQ(viewer.subject, "CN=viewer");
+  EXPECT_EQ(viewer.role, "viewer");
+  EXPECT_FALSE(viewer.serial.empty());
+  EXPECT_EQ((*client_)->peer().subject, "CN=localhost");
+  const Bytes sent = {1, 2, 3};
+  EXPECT_EQ((*client_)->Write(sent).count, 3U);
+  Bytes space(2);
+  EXPECT_EQ((*server_)->Read(space).count, 2U);
+  EXPECT_TRUE((*server_)->HasPending()) << "the third byte is in memory, not at the socket";
+  EXPECT_EQ((*server_)->Read(space).count, 1U);
+  EXPECT_FALSE((*server_)->HasPending());
+  EXPECT_EQ((*server_)->Read(space).error, asio::error::would_block);
+  (*client_)->End();
+  EXPECT_EQ((*server_)->Read(space).error, asio::error::eof);
+}
+
+TEST_F(TlsTest, ACertificateWithoutRoleHasNone) {
+  Shake(Files("gateway"), Files("plain"));
+  ASSERT_TRUE(*server_) << server_->error();
+  EXPECT_EQ((*server_)->peer().role, "");
+  EXPECT_EQ((*server_)->peer().trouble, "");
+}
+
+TEST_F(TlsTest, AServerThatAsksForNoCertificateKnowsNobody) {
+  config::TlsFiles server = Files("gateway");
+  server.authorities.clear();
+  Shake(server, Files(""));
+  ASSERT_TRUE(*server_) << server_->error();
+  EXPECT_EQ((*server_)->peer().Name(), "");
+}
+
+TEST_F(TlsTest, ClientsWithoutATrustedCertificateAreRefused) {
+  Shake(Files("gateway"), Files(""));
+  EXPECT_THAT(WhyRefused(), HasSubstr("it has sent no certificate"));
+  Shake(Files("gateway"), {folder_.In("other/viewer.pem"), folder_.In("other/viewer.key"),
+                           folder_.In("ca.pem")});
+  EXPECT_THAT(WhyRefused(), HasSubstr("its certificate is not valid"));
+}
+
+TEST_F(TlsTest, CertificatesOutOfTheirTimeAreRefused) {
+  const WallTime now = ReadClocks().wall;
+  const pki::Issued authority{pki::testing::ReadText(folder_.In("ca.pem")),
+                              pki::testing::ReadText(folder_.In("ca.key"))};
+  for (const pki::Validity& validity :
+       {pki::Validity{now - 48h, now - 24h}, pki::Validity{now + 24h, now + 48h}}) {
+    const auto issued = pki::IssueClient(authority, "late", "viewer", validity);
+    ASSERT_TRUE(issued);
+    for (const auto& [file, text] : {std::pair("late.pem", issued->certificate),
+                                     std::pair("late.key", issued->key)}) {
+      pki::testing::WriteText(folder_.In(file), text);
+      std::filesystem::permissions(folder_.In(file), std::filesystem::perms::owner_all);
+    }
+    Shake(Files("gateway"), Files("late"));
+    EXPECT_THAT(WhyRefused(), HasSubstr("its certificate is not valid: certificate"));
+  }
+}
+
+TEST_F(TlsTest, AServerMustHaveTheNameThatWasCalledAndItsAuthority) {
+  Shake(Files("gateway"), Files("viewer"), "127.0.0.1");
+  EXPECT_TRUE(*client_);
+  for (const char* name : {"gate.example.com", "127.0.0.2"}) {
+    Shake(Files("gateway"), Files("viewer"), name);
+    ASSERT_FALSE(*client_) << name;
+    EXPECT_THAT(client_->error(), HasSubstr("mismatch"));
+  }
+  Shake(Files("gateway"), Files("viewer", "other/ca.pem"));
+  ASSERT_FALSE(*client_);
+  EXPECT_THAT(client_->error(), HasSubstr("its certificate is not valid"));
+}
+
+/// Passes the bytes of a connection on in pieces.
+void PassOn(asio::io_context& io, asio::local::stream_protocol::socket& from,
+            asio::local::stream_protocol::socket& to, std::size_t piece) {
+  const auto bytes = std::make_shared<Bytes>(piece);
+  from.async_read_some(asio::buffer(*bytes), [&io, &from, &to, bytes, piece](
+                                                 const asio::error_code& failed, std::size_t count) {
+    if (failed) return;
+    asio::error_code ignored;
+    asio::write(to, asio::buffer(*bytes, count), ignored);
+    PassOn(io, from, to, piece);
+  });
+}
+
+TEST_F(TlsTest, AHandshakeMayArriveInPiecesOfAnySize) {
+  for (std::size_t piece = 1; piece < 700; piece = piece < 40 ? piece + 1 : piece + 53) {
+    using Socket = asio::local::stream_protocol::socket;
+    Socket middle[2] = {Socket(io_), Socket(io_)};
+    int ends[2];
+    for (int i = 0; i < 2; ++i) {
+      int pair[2];
+      ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair), 0);
+      ends[i] = pair[0];
+      middle[i].assign(asio::local::stream_protocol(), pair[1]);
+    }
+    PassOn(io_, middle[0], middle[1], piece);
+    PassOn(io_, middle[1], middle[0], piece);
+    Shake(ends[0], ends[1], Files("gateway"), Files("viewer"));
+    ASSERT_TRUE(*server_) << piece << ": " << server_->error();
+    ASSERT_TRUE(*client_) << piece << ": " << client_->error();
+    const Bytes sent(300, 7);
+    EXPECT_EQ((*client_)->Write(sent).count, sent.size());
+    Bytes received;
+    while (received.size() < sent.size()) {
+      io_.restart();
+      io_.poll();
+      Bytes space(512);
+      const auto moved = (*server_)->Read(space);
+      ASSERT_TRUE(!moved.error || moved.error == asio::error::would_block) << piece;
+      Append(received, View(space).first(moved.count));
+    }
+    EXPECT_EQ(received, sent);
+    for (Socket& one : middle) one.close();
+    io_.restart();
+    io_.run();
+  }
+}
+
+TEST_F(TlsTest, ADamagedByteEndsTheConnection) {
+  Shake(Files("gateway"), Files("viewer"));
+  ASSERT_TRUE(*server_ && *client_);
+  // The record is written past the channel of the client.
+  const int socket = (*client_)->Release();
+  const Bytes record = {0x17, 3, 3, 0, 20, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15,
+                        16,   17, 18, 19, 20};
+  ASSERT_EQ(::write(socket, record.data(), record.size()), static_cast<ssize_t>(record.size()));
+  Bytes space(100);
+  EXPECT_EQ((*server_)->Read(space).error, std::errc::protocol_error);
+  ::close(socket);
+}
+
+TEST_F(TlsTest, AClientThatSpeaksNoTlsIsRefused) {
+  int pair[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair), 0);
+  const Bytes request = {0, 1, 0, 0, 0, 6, 1, 3, 0, 0, 0, 1};
+  ASSERT_EQ(::write(pair[1], request.data(), request.size()), 12);
+  const auto ticket = handshakes_.Begin(pair[0], Made(End::server, Files("gateway")),
+                                        "10.0.0.7:4000", io_, [this](ChannelResult result) {
+                                          server_ = std::move(result);
+                                        });
+  const auto guard = asio::make_work_guard(io_);
+  while (!server_) io_.run_one();
+  EXPECT_EQ(WhyRefused(), "does not speak TLS at this port");
+  char byte = 0;
+  while (::read(pair[1], &byte, 1) > 0) continue;  // the alert, then the end
+  ::close(pair[1]);
+}
+
+TEST_F(TlsTest, SilentClientsOfOneHostLeavePlacesForOthers) {
+  std::vector<Handshakes::Ticket> tickets;
+  std::vector<int> clients;
+  std::size_t refused = 0;
+  const auto context = Made(End::server, Files("gateway"));
+  for (std::size_t i = 0; i < Handshakes::kMost; ++i) {
+    int pair[2];
+    ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair), 0);
+    clients.push_back(pair[1]);
+    tickets.push_back(handshakes_.Begin(pair[0], context, "10.0.0.66:" + std::to_string(i), io_,
+                                        [&refused](ChannelResult result) {
+                                          EXPECT_THAT(result.error(), HasSubstr("too many"));
+                                          ++refused;
+                                        }));
+  }
+  const auto guard = asio::make_work_guard(io_);
+  while (refused < Handshakes::kMost / 2) io_.run_one();
+  Shake(Files("gateway"), Files("viewer"));
+  EXPECT_TRUE(*server_) << "another host";
+  EXPECT_EQ(refused, Handshakes::kMost / 2);
+  tickets.clear();
+  for (const int client : clients) {
+    char byte = 0;
+    EXPECT_EQ(::read(client, &byte, 1), 0) << "closed with its ticket";
+    ::close(client);
+  }
+}
+
+TEST_F(TlsTest, ATicketThatIsGivenUpCallsNothing) {
+  int pair[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair), 0);
+  {
+    const auto ticket = handshakes_.Begin(pair[0], Made(End::server, Files("gateway")), "a", io_,
+                                          [](ChannelResult) { FAIL(); });
+  }
+  char byte = 0;
+  EXPECT_EQ(::read(pair[1], &byte, 1), 0);
+  ::close(pair[1]);
+  io_.poll();
+}
+
+TEST_F(TlsTest, ChangedFilesAreUsedAndWrongOnesAreNot) {
+  ContextFiles files(End::server, Files("gateway"));
+  const auto first = files.Current();
+  ASSERT_TRUE(first) << first.error();
+  EXPECT_EQ(*files.Current(), *first);
+  Write("");
+  const auto second = files.Current();
+  ASSERT_TRUE(second);
+  EXPECT_NE(*second, *first);
+  std::filesystem::copy_file(folder_.In("other/gateway.key"), folder_.In("gateway.key"),
+                             std::filesystem::copy_options::overwrite_existing);
+  EXPECT_EQ(*files.Current(), *second) << "the key of another certificate";
+  std::filesystem::remove(folder_.In("gateway.pem"));
+  EXPECT_EQ(*files.Current(), *second);
+  Write("");
+  EXPECT_NE(*files.Current(), *second);
+  ContextFiles absent(End::server, Files("absent"));
+  EXPECT_THAT(absent.Current().error(), HasSubstr("absent.pem cannot be read"));
+}
+
+TEST_F(TlsTest, TheChainIsSentAndAccepted) {
+  // ca.pem issues no authorities (pathlen 0), so an own chain is made: root, intermediate, server.
+  const auto texts = ReadTls(Files("gateway"));
+  ASSERT_TRUE(texts);
+  TlsTexts with_chain = *texts;
+  with_chain.certificate += pki::testing::ReadText(folder_.In("ca.pem"));
+  const auto context = Context::Make(End::server, with_chain);
+  ASSERT_TRUE(context);
+  STACK_OF(X509)* chain = nullptr;
+  SSL_CTX_get0_chain_certs((*context)->get(), &chain);
+  EXPECT_EQ(sk_X509_num(chain), 1);
+}
+
+TEST_F(TlsTest, TheEndOfTheFirstCertificateCounts) {
+  const auto texts = ReadTls(Files("gateway"));
+  ASSERT_TRUE(texts);
+  EXPECT_EQ(texts->ends_first, folder_.In("gateway.pem"));
+  EXPECT_EQ(EndsSoon(*texts, texts->until - 31 * 24h), "");
+  EXPECT_THAT(EndsSoon(*texts, texts->until - 29 * 24h),
+              HasSubstr("gateway.pem ends on"));
+  EXPECT_THAT(EndsSoon(*texts, texts->until), HasSubstr("has ended on"));
+}
+
+}  // namespace
+}  // namespace baudgate::tls

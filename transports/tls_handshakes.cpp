@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/tls_handshakes.h"
+
+#include <openssl/err.h>
+#include <openssl/x509v3.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <asio/error.hpp>
+#include <asio/ip/address.hpp>
+#include <asio/posix/stream_descriptor.hpp>
+#include <asio/post.hpp>
+#include <asio/steady_timer.hpp>
+#include <optional>
+#include <string_view>
+
+#include "gateway/base/guarded.h"
+#include "transports/loop_thread.h"
+
+namespace baudgate::tls {
+
+/// One handshake. Its handlers on the thread of the handshakes keep it alive.
+struct Handshakes::Attempt : std::enable_shared_from_this<Attempt> {
+  Attempt(asio::io_context& own, std::shared_ptr<const Context> its_context, std::string its_peer,
+          asio::io_context& io, Done its_done)
+      : socket(own),
+        deadline(own),
+        context(std::move(its_context)),
+        peer(std::move(its_peer)),
+        caller(&io),
+        done(std::move(its_done)) {}
+  ~Attempt() {
+    if (places) places->Give(HostNumberOf(peer));
+  }
+
+  void Start(const std::shared_ptr<FairPlaces>& shared);
+  void Step();
+  void Wait(asio::posix::stream_descriptor::wait_type which);
+  void Finish();
+  void Fail(std::string why) { Answer(Error{std::move(why)}); }
+  void Answer(Result<std::unique_ptr<Channel>> result);
+  std::string WhyNot(int error);
+
+  asio::posix::stream_descriptor socket;
+  asio::steady_timer deadline;
+  const std::shared_ptr<const Context> context;
+  const std::string peer;
+  std::unique_ptr<SSL, Freed<SSL_free>> ssl;
+  std::shared_ptr<FairPlaces> places;  // null: the attempt has no place
+  bool ended = false;
+
+  Mutex mutex;
+  // null: the caller does not wait any more
+  asio::io_context* caller BAUDGATE_GUARDED_BY(mutex);
+  Done done BAUDGATE_GUARDED_BY(mutex);
+};
+
+namespace {
+
+/// The names of a server's certificate are checked during the handshake (RFC 6125; addresses by
+/// iPAddress).
+bool ExpectName(SSL* ssl, const std::string& name) {
+  asio::error_code is_name;
+  asio::ip::make_address(name, is_name);
+  if (!is_name) return X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(ssl), name.c_str()) == 1;
+  return SSL_set1_host(ssl, name.c_str()) == 1 && SSL_set_tlsext_host_name(ssl, name.c_str()) == 1;
+}
+
+Identity IdentityOf(SSL* ssl) {
+  const Certificate certificate(SSL_get1_peer_certificate(ssl));
+  if (!certificate) return {};
+  Identity identity{.subject = SubjectOf(certificate), .serial = SerialOf(certificate)};
+  auto role = RoleOf(*certificate);
+  if (role) {
+    identity.role = std::move(*role);
+  } else {
+    identity.trouble = role.error();
+  }
+  return identity;
+}
+
+}  // namespace
+
+void Handshakes::Attempt::Start(const std::shared_ptr<FairPlaces>& shared) {
+  const bool server = context->end() == End::server;
+  if (server) {
+    if (!shared->Take(HostNumberOf(peer), 1)) {
+      return Fail("has too many unfinished TLS handshakes; it is refused until some have ended");
+    }
+    places = shared;
+  }
+  asio::error_code failed;
+  socket.non_blocking(true, failed);
+  ssl.reset(SSL_new(context->get()));
+  if (failed || !ssl || SSL_set_fd(ssl.get(), socket.native_handle()) != 1 ||
+      (!server && !ExpectName(ssl.get(), peer))) {
+    ERR_clear_error();
+    return Fail("cannot begin TLS: there is not enough memory");
+  }
+  server ? SSL_set_accept_state(ssl.get()) : SSL_set_connect_state(ssl.get());
+  deadline.expires_after(kDeadline);
+  deadline.async_wait([self = shared_from_this()](const asio::error_code& error) {
+    if (!error) self->Fail("did not complete the TLS handshake within 10 s");
+  });
+  Step();
+}
+
+void Handshakes::Attempt::Step() {
+  ERR_clear_error();
+  errno = 0;
+  const int result = SSL_do_handshake(ssl.get());
+  if (result == 1) return Finish();
+  switch (const int error = SSL_get_error(ssl.get(), result)) {
+    case SSL_ERROR_WANT_READ:
+      return Wait(asio::posix::stream_descriptor::wait_read);
+    case SSL_ERROR_WANT_WRITE:
+      return Wait(asio::posix::stream_descriptor::wait_write);
+    default:
+      Fail(WhyNot(error));
+  }
+}
+
+void Handshakes::Attempt::Wait(asio::posix::stream_descriptor::wait_type which) {
+  socket.async_wait(which, [self = shared_from_this()](const asio::error_code& failed) {
+    if (self->ended) return;
+    if (failed) return self->Fail("lost the connection: " + failed.message());
+    self->Step();
+  });
+}
+
+std::string Handshakes::Attempt::WhyNot(int error) {
+  const unsigned long code = ERR_peek_error();
+  const int reason = ERR_GET_REASON(code);
+  const long verified = SSL_get_verify_result(ssl.get());
+  const char* const text = ERR_reason_error_string(code);
+  const std::string said = text == nullptr ? "the connection was closed" : text;
+  ERR_clear_error();
+  if (reason == SSL_R_CERTIFICATE_VERIFY_FAILED) {
+    return std::string("is refused, because its certificate is not valid: ") +
+           X509_verify_cert_error_string(verified);
+  }
+  if (reason == SSL_R_PEER_DID_NOT_RETURN_A_CERTIFICATE) {
+    return "is refused, because it has sent no certificate";
+  }
+  if (reason == SSL_R_HTTP_REQUEST || reason == SSL_R_WRONG_VERSION_NUMBER) {
+    return "does not speak TLS at this port";
+  }
+  if (error == SSL_ERROR_SYSCALL || code == 0 ||
+      reason == SSL_R_UNEXPECTED_EOF_WHILE_READING) {
+    return "closed the connection during the TLS handshake";
+  }
+  return "failed in the TLS handshake: " + said;
+}
+
+void Handshakes::Attempt::Finish() {
+  Identity peer_identity = IdentityOf(ssl.get());
+  Answer(std::make_unique<Channel>(ssl.release(), socket.release(), std::move(peer_identity)));
+}
+
+void Handshakes::Attempt::Answer(Result<std::unique_ptr<Channel>> result) {
+  if (std::exchange(ended, true)) return;
+  deadline.cancel();
+  asio::error_code ignored;
+  socket.close(ignored);
+  const MutexLock lock(mutex);
+  if (caller == nullptr) return;
+  // std::function needs a copy, which a Channel does not have.
+  auto shared = std::make_shared<Result<std::unique_ptr<Channel>>>(std::move(result));
+  asio::post(*caller, [self = shared_from_this(), shared] {
+    Done call;
+    {
+      const MutexLock again(self->mutex);
+      if (std::exchange(self->caller, nullptr) == nullptr) return;
+      call = std::move(self->done);
+    }
+    call(std::move(*shared));
+  });
+}
+
+void Handshakes::Ticket::Drop() {
+  const std::shared_ptr<Attempt> attempt = std::exchange(attempt_, nullptr);
+  if (!attempt) return;
+  Done dropped;  // destroyed outside the lock, because it may own a ticket
+  {
+    const MutexLock lock(attempt->mutex);
+    if (std::exchange(attempt->caller, nullptr) == nullptr) return;
+    dropped.swap(attempt->done);
+  }
+  asio::post(attempt->socket.get_executor(), [attempt] { attempt->Fail("was given up"); });
+}
+
+struct Handshakes::Loop {
+  std::shared_ptr<FairPlaces> places = std::make_shared<FairPlaces>(kMost);
+  transports::LoopThread thread{"tls"};
+};
+
+Handshakes::Handshakes() : loop_(std::make_unique<Loop>()) {
+  asio::post(loop_->thread.io(), [] {
+    // A flood of handshakes must not take processor time from the lines.
+    (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 10);
+  });
+  loop_->thread.Start();
+}
+
+Handshakes::~Handshakes() = default;
+
+Handshakes::Ticket Handshakes::Begin(int owned, std::shared_ptr<const Context> context,
+                                     const std::string& peer, asio::io_context& io, Done done) {
+  auto attempt = std::make_shared<Attempt>(loop_->thread.io(), std::move(context), peer, io,
+                                           std::move(done));
+  Ticket ticket;
+  ticket.attempt_ = attempt;
+  asio::post(loop_->thread.io(), [attempt, owned, places = loop_->places] {
+    asio::error_code failed;
+    attempt->socket.assign(owned, failed);
+    if (failed) {
+      ::close(owned);
+      return attempt->Fail("cannot begin TLS: " + failed.message());
+    }
+    attempt->Start(places);
+  });
+  return ticket;
+}
+
+Handshakes& Handshakes::OfProcess() {
+  static Handshakes handshakes;
+  return handshakes;
+}
+
+}  // namespace baudgate::tls
