@@ -48,7 +48,7 @@ Result<std::string> RoleOf(const X509& certificate) {
   const int size = ASN1_STRING_length(text.get());
   std::string role(reinterpret_cast<const char*>(ASN1_STRING_get0_data(text.get())),
                    static_cast<std::size_t>(size));
-  if (size == 0 || size > kLongestRole || FirstNotUtf8(role) != role.size() || role.find('\0') != std::string::npos) {
+  if (size == 0 || size > kLongestRole || FirstNotUtf8(role) != std::string_view::npos || role.find('\0') != std::string::npos) {
     return Error{"the role in the certificate is empty, too long, or not UTF-8"};
   }
   return role;

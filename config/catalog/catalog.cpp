@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "config/model/network.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {

@@ -79,7 +79,7 @@ struct RoleRule {
 struct RoleRights {
   std::string role;
   Permit permit = Permit::read;  ///< the rights, if `rules` is empty
-  std::vector<RoleRule> rules;
+  std::vector<RoleRule> rules{};
 
   bool operator==(const RoleRights&) const = default;
 };

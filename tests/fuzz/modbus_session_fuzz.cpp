@@ -36,8 +36,8 @@ class Gateway : private modbus::ClientSession::Owner {
     sink_.turn = target_.turn = input.U8();
     closed_ = 0;
     auto session = std::make_shared<modbus::ClientSession>(
-        pair[0], *clients_, listener_, shared_, "fuzz", config::Priority::normal, ReadClocks(),
-        static_cast<modbus::ClientSession::Owner&>(*this));
+        modbus::Accepted{.socket = pair[0], .peer = "fuzz"}, *clients_, listener_, shared_,
+        ReadClocks(), static_cast<modbus::ClientSession::Owner&>(*this));
     session->Start();
     Bytes sent;
     Bytes answers;

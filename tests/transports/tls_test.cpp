@@ -26,12 +26,6 @@ namespace {
 using ::testing::HasSubstr;
 using ChannelResult = Result<std::unique_ptr<Channel>>;
 
-Certificate FirstOf(const std::string& pem) {
-  auto found = ParseCertificates(pem);
-  EXPECT_FALSE(found.empty());
-  return found.empty() ? nullptr : std::move(found.front());
-}
-
 /// Returns RoleOf for a certificate with these extensions; "!" and the error if there is one.
 std::string RoleWith(const std::vector<std::string>& values) {
   const Certificate certificate(X509_new());
@@ -56,7 +50,7 @@ TEST(TlsRole, IsExactlyOneUtf8String) {
               HasSubstr("!the certificate contains its role twice"));
   for (const char* other : {"ASN1:PRINTABLESTRING:operator", "ASN1:IA5STRING:operator",
                             "ASN1:OCTETSTRING:operator", "ASN1:INTEGER:3", "DER:0C", "DER:0C02",
-                            "DER:0C026F", "DER:0C016F00", "DER:0C016F0C016F", "DER:3003 0C016F"}) {
+                            "DER:0C026F", "DER:0C016F00", "DER:0C016F0C016F", "DER:30030C016F"}) {
     EXPECT_THAT(RoleWith({other}), HasSubstr("!the role in the certificate is not")) << other;
   }
   for (const char* wrong : {"DER:0C00", "DER:0C01FF", "DER:0C0100"}) {
@@ -133,28 +127,28 @@ TEST_F(TlsTest, BothEndsKnowEachOther) {
   Shake(Files("gateway"), Files("viewer"));
   ASSERT_TRUE(*server_) << server_->error();
   ASSERT_TRUE(*client_) << client_->error();
-  const Identity& viewer = (*server_)->peer();
+  const Identity& viewer = (**server_)->peer();
   EXPECT_EQ(viewer.subject, "CN=viewer");
   EXPECT_EQ(viewer.role, "viewer");
   EXPECT_FALSE(viewer.serial.empty());
-  EXPECT_EQ((*client_)->peer().subject, "CN=localhost");
+  EXPECT_EQ((**client_)->peer().subject, "CN=localhost");
   const Bytes sent = {1, 2, 3};
-  EXPECT_EQ((*client_)->Write(sent).count, 3U);
+  EXPECT_EQ((**client_)->Write(sent).count, 3U);
   Bytes space(2);
-  EXPECT_EQ((*server_)->Read(space).count, 2U);
-  EXPECT_TRUE((*server_)->HasPending()) << "the third byte is in memory, not at the socket";
-  EXPECT_EQ((*server_)->Read(space).count, 1U);
-  EXPECT_FALSE((*server_)->HasPending());
-  EXPECT_EQ((*server_)->Read(space).error, asio::error::would_block);
-  (*client_)->End();
-  EXPECT_EQ((*server_)->Read(space).error, asio::error::eof);
+  EXPECT_EQ((**server_)->Read(space).count, 2U);
+  EXPECT_TRUE((**server_)->HasPending()) << "the third byte is in memory, not at the socket";
+  EXPECT_EQ((**server_)->Read(space).count, 1U);
+  EXPECT_FALSE((**server_)->HasPending());
+  EXPECT_EQ((**server_)->Read(space).error, asio::error::would_block);
+  (**client_)->End();
+  EXPECT_EQ((**server_)->Read(space).error, asio::error::eof);
 }
 
 TEST_F(TlsTest, ACertificateWithoutRoleHasNone) {
   Shake(Files("gateway"), Files("plain"));
   ASSERT_TRUE(*server_) << server_->error();
-  EXPECT_EQ((*server_)->peer().role, "");
-  EXPECT_EQ((*server_)->peer().trouble, "");
+  EXPECT_EQ((**server_)->peer().role, "");
+  EXPECT_EQ((**server_)->peer().trouble, "");
 }
 
 TEST_F(TlsTest, AServerThatAsksForNoCertificateKnowsNobody) {
@@ -162,7 +156,7 @@ TEST_F(TlsTest, AServerThatAsksForNoCertificateKnowsNobody) {
   server.authorities.clear();
   Shake(server, Files(""));
   ASSERT_TRUE(*server_) << server_->error();
-  EXPECT_EQ((*server_)->peer().Name(), "");
+  EXPECT_EQ((**server_)->peer().Name(), "");
 }
 
 TEST_F(TlsTest, ClientsWithoutATrustedCertificateAreRefused) {
@@ -234,13 +228,13 @@ TEST_F(TlsTest, AHandshakeMayArriveInPiecesOfAnySize) {
     ASSERT_TRUE(*server_) << piece << ": " << server_->error();
     ASSERT_TRUE(*client_) << piece << ": " << client_->error();
     const Bytes sent(300, 7);
-    EXPECT_EQ((*client_)->Write(sent).count, sent.size());
+    EXPECT_EQ((**client_)->Write(sent).count, sent.size());
     Bytes received;
     while (received.size() < sent.size()) {
       io_.restart();
-      io_.poll();
+      io_.poll_one();
       Bytes space(512);
-      const auto moved = (*server_)->Read(space);
+      const auto moved = (**server_)->Read(space);
       ASSERT_TRUE(!moved.error || moved.error == asio::error::would_block) << piece;
       Append(received, View(space).first(moved.count));
     }
@@ -255,12 +249,12 @@ TEST_F(TlsTest, ADamagedByteEndsTheConnection) {
   Shake(Files("gateway"), Files("viewer"));
   ASSERT_TRUE(*server_ && *client_);
   // The record is written past the channel of the client.
-  const int socket = (*client_)->Release();
+  const int socket = (**client_)->Release();
   const Bytes record = {0x17, 3, 3, 0, 20, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15,
                         16,   17, 18, 19, 20};
   ASSERT_EQ(::write(socket, record.data(), record.size()), static_cast<ssize_t>(record.size()));
   Bytes space(100);
-  EXPECT_EQ((*server_)->Read(space).error, std::errc::protocol_error);
+  EXPECT_EQ((**server_)->Read(space).error, std::errc::protocol_error);
   ::close(socket);
 }
 

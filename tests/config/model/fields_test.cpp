@@ -38,6 +38,7 @@ void Change(Decimal& number) { number = number + 1; }
 void Change(Duration& time) { time += 1ns; }
 void Change(Value& value) { value = value.index() == 1 ? Value(std::int64_t(1)) : Value(true); }
 void Change(HostPort& at) { ++at.port; }
+void Change(TlsFiles& files) { files.authorities += "/new.pem"; }
 void Change(Quality& quality) { quality = Quality::bad_device_failure; }
 void Change(Options& options) { options.Set("new", true); }
 void Change(Timing& timing) { timing.reply = timing.reply.value_or(0ns) + 1ns; }

@@ -152,9 +152,9 @@ class ClientSessionTest : public ServiceTest, private ClientSession::Owner {
     int ends[2];
     ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, ends), 0);
     client_ = ends[1];
-    session_ = std::make_shared<ClientSession>(ends[0], *clients_, listener(), *shared_,
-                                               "10.0.0.7:40112", config::Priority::normal, Clocks(),
-                                               static_cast<ClientSession::Owner&>(*this));
+    session_ = std::make_shared<ClientSession>(
+        Accepted{.socket = ends[0], .peer = "10.0.0.7:40112"}, *clients_, listener(), *shared_,
+        Clocks(), static_cast<ClientSession::Owner&>(*this));
     session_->Start();
   }
   void Say(const Bytes& bytes) {

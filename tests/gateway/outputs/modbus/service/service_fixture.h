@@ -69,7 +69,7 @@ class ServiceTest : public testing::Test {
                                         config::Priority priority = config::Priority::normal) {
     if (!shared_) MakeShared();
     return services_.emplace_back(std::make_shared<ClientRequests>(
-        listener(), *shared_, wire, "10.0.0.7:40112", priority, Clocks()));
+        listener(), *shared_, wire, "10.0.0.7:40112", priority, nullptr, Clocks()));
   }
   void MakeShared() {
     store_.emplace(config_);

@@ -116,7 +116,7 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   const std::uint16_t port = closed.local_endpoint().port();
   closed.close();
   Upstream upstream(
-      io_, "127.0.0.1", port, [](std::uint8_t) {}, [this] { return Clock(); });
+      io_, "127.0.0.1", port, {}, [](std::uint8_t) {}, [this] { return Clock(); });
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
   const bus::RoutedReply first = Wait(asked_.back());
@@ -264,7 +264,7 @@ TEST_F(UpstreamConnectionTest, ADeadlineWhileConnectingIsNotExceeded) {
     crowd.emplace_back(io_).async_connect(full.local_endpoint(), [](const asio::error_code&) {});
   }
   RunReady(io_);
-  Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port(), [](std::uint8_t) {});
+  Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port(), {}, [](std::uint8_t) {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({.within = 10ms})));
   const bus::RoutedReply& reply = Wait(asked_.back());
@@ -292,7 +292,7 @@ TEST_F(UpstreamConnectionTest, StopAnswersAllRequestsAndRefusesNewOnes) {
 }
 
 TEST_F(UpstreamConnectionTest, HostNamesAreResolved) {
-  Upstream upstream(io_, "localhost", server_.port(), [](std::uint8_t) {});
+  Upstream upstream(io_, "localhost", server_.port(), {}, [](std::uint8_t) {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
   ASSERT_TRUE(server_.Wait(1));
