@@ -165,13 +165,21 @@ class Trial {
     for (std::size_t i = 0; i < lines.size(); ++i) {
       YAML::Node line = lines[i];
       line["port"] = places_.ports.at(i);
+      RemoveTls(line);
       line.remove("parity");  // a pty supports every format and has no direction to switch
       KeepFormat(line);
       for (const char* server : {"serial_server", "lend"}) {
-        if (line[server] && line[server].IsMap()) MoveKey(line[server], "at");
+        if (!line[server] || !line[server].IsMap()) continue;
+        MoveKey(line[server], "at");
+        RemoveTls(line[server]);
       }
       if (line["devices"]) ReadDevices(line["devices"]);
     }
+  }
+
+  /// Removes the files of TLS, which the user of a trial can perhaps not read.
+  static void RemoveTls(YAML::Node map) {
+    for (const char* key : {"certificate", "key", "ca", "client_ca"}) map.remove(key);
   }
 
   static void KeepFormat(YAML::Node map) {
@@ -200,6 +208,7 @@ class Trial {
     if (root["web"]) {
       MoveKey(root["web"], "listen");
       root["web"].remove("allow");
+      RemoveTls(root["web"]);
     }
     if (YAML::Node dds = root["dds"]) {
       dds.remove("peers");
@@ -260,6 +269,9 @@ class Trial {
       YAML::Node copy = YAML::Clone(one);
       copy.remove("allow");  // only this machine can connect
       MoveKey(copy, "at");
+      RemoveTls(copy);
+      copy.remove("protocol");
+      copy.remove("roles");
       moved.push_back(copy);
     };
     if (listen.IsSequence()) {

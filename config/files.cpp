@@ -29,16 +29,20 @@ std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::
 
 TlsFiles ReadServerTls(MapReader& map, const std::string& folder) {
   const std::string example = Example(folder, "gateway.pem");
-  if (!map.Has("certificate")) {
-    RefuseEach(map, {"key", "client_ca"},
-               "has no effect without certificate; add certificate: " + example);
-    return {};
-  }
   const std::string key = Example(folder, "gateway.key");
-  if (!map.Has("key")) map.Need("key", key);
-  return {.certificate = ReadAbsolutePath(map, "certificate", example),
-          .key = ReadAbsolutePath(map, "key", key),
-          .authorities = ReadAbsolutePath(map, "client_ca", Example(folder, "ca.pem"))};
+  TlsFiles files{.certificate = ReadAbsolutePath(map, "certificate", example),
+                 .key = ReadAbsolutePath(map, "key", key),
+                 .authorities = ReadAbsolutePath(map, "client_ca", Example(folder, "ca.pem"))};
+  if (map.Has("certificate")) {
+    map.Need("key", key);
+    return files;
+  }
+  for (const std::string other : {"key", "client_ca"}) {
+    if (!map.Has(other)) continue;
+    map.problems().Error(map.MarkOf(other),
+                         other + ": has no effect without certificate; add certificate: " + example);
+  }
+  return {};
 }
 
 TlsFiles ReadMutualTls(MapReader& map, bool on) {

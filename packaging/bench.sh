@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures the figures of docs/performance.md on this machine, each as a ratio in one run.
-# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [rivals] [history] [tag] [harm] [image] [participants] [events] [reload] [page] [loaded] [port]    all but the last six without arguments; twenty minutes
+# usage: packaging/bench.sh [line] [dead] [modbus] [tls] [routes] [drive] [delay] [scale] [cost] [crowd] [rivals] [history] [tag] [harm] [image] [participants] [events] [reload] [page] [loaded] [port]    all but the last six without arguments; twenty minutes
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh

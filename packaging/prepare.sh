@@ -10,7 +10,7 @@ packages=(
 )
 # Only for tests: build_tests.
 test_packages=(
-  libgtest-dev libgmock-dev mbpoll socat iproute2 cyclonedds-dev cyclonedds-tools
+  libgtest-dev libgmock-dev mbpoll socat stunnel4 openssl curl iproute2 cyclonedds-dev cyclonedds-tools
   # pymodbus only recommends the other two packages, but imports them.
   python3-pymodbus python3-serial python3-serial-asyncio
   # The test of packaging/prose.py makes repositories.

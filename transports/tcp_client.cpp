@@ -281,7 +281,7 @@ class TcpClient final : public Transport {
     return {};
   }
   void Purge(bool /*input*/, bool output) override {
-    if (session_ && output) session_->DropUnsent();
+    if (session_ && output) Withdraw();
   }
   PortCounters Counters() const override { return {.parity = parity_.errors()}; }
   /// Omits the serial settings unless software parity is used: the server has its own settings.
@@ -314,6 +314,7 @@ class TcpClient final : public Transport {
   void OnRead(View raw);
   void OnStreamEnd(const std::error_code& error);
   void GetStuck(const std::string& reason);
+  void Withdraw();
   std::uint64_t Acknowledged() const;
   void AwaitAcknowledgement();
 
@@ -331,6 +332,7 @@ class TcpClient final : public Transport {
   Instant sent_at_{};
   /// Requests up to this position of the connection's output were given up.
   std::uint64_t given_up_ = 0;
+  bool is_cut_ = false;  ///< true: the connection ends, and nothing more is sent
 };
 
 void TcpClient::Open() {
@@ -424,7 +426,7 @@ void TcpClient::BeginTls(const AttemptPtr& attempt) {
       [attempt](Result<std::unique_ptr<tls::Channel>> result) {
         TcpClient* const owner = attempt->owner;
         if (owner == nullptr) return;
-        if (!result) return owner->Fail("server " + owner->port_ + " " + result.error());
+        if (!result) return owner->Fail("cannot connect to " + owner->port_ + ": " + result.error());
         tcp::socket socket = tls::SocketOf(**result, owner->io_);
         owner->BeginSession(tls::NetStream(std::move(socket), std::move(*result)));
       });
@@ -432,6 +434,7 @@ void TcpClient::BeginTls(const AttemptPtr& attempt) {
 
 void TcpClient::BeginSession(tls::NetStream stream) {
   parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
+  is_cut_ = false;
   session_ = std::make_shared<StreamPump<tls::NetStream>>(
       std::move(stream), [this](View raw) { OnRead(raw); },
       [this](const std::error_code& error) { OnStreamEnd(error); }, [this] { listener_.OnRoom(); });
@@ -470,7 +473,7 @@ void TcpClient::Close() {
 }
 
 void TcpClient::Send(View bytes) {
-  if (!session_) return;
+  if (!session_ || is_cut_) return;
   sent_at_ = std::chrono::steady_clock::now();
   session_->Send(serial_.software_parity ? View(parity_.Encode(bytes)) : bytes);
 }
@@ -479,9 +482,18 @@ void TcpClient::Send(View bytes) {
 /// peer has room. So the connection is closed unless the peer acknowledges them in time.
 void TcpClient::DropUnsent() {
   if (!session_) return;
-  session_->DropUnsent();
+  Withdraw();
   given_up_ = session_->taken();
   if (!awaiting_ && Acknowledged() < given_up_) AwaitAcknowledgement();
+}
+
+/// Discards the bytes that the system has not accepted. With TLS they can be part of a record whose
+/// beginning is sent, and OpenSSL would send the rest in place of the next request: the connection
+/// ends.
+void TcpClient::Withdraw() {
+  if (!session_->DropUnsent() || session_->stream().channel() == nullptr) return;
+  is_cut_ = true;
+  session_->EndSoon(asio::error::no_buffer_space);
 }
 
 std::uint64_t TcpClient::Acknowledged() const {

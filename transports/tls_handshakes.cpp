@@ -6,15 +6,16 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <asio/error.hpp>
 #include <asio/ip/address.hpp>
 #include <asio/posix/stream_descriptor.hpp>
 #include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
-#include <optional>
-#include <string_view>
+#include <system_error>
 
 #include "gateway/base/guarded.h"
+#include "gateway/base/text.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate::tls {
@@ -69,7 +70,12 @@ bool ExpectName(SSL* ssl, const std::string& name) {
 Identity IdentityOf(SSL* ssl) {
   const Certificate certificate(SSL_get1_peer_certificate(ssl));
   if (!certificate) return {};
+  constexpr std::size_t kLongestSubject = 120;  // of a text in logs and records
   Identity identity{.subject = SubjectOf(certificate), .serial = SerialOf(certificate)};
+  if (identity.subject.size() > kLongestSubject) {
+    identity.subject.resize(kLongestSubject);
+    identity.subject.resize(std::min(identity.subject.size(), FirstNotUtf8(identity.subject)));
+  }
   auto role = RoleOf(*certificate);
   if (role) {
     identity.role = std::move(*role);
@@ -85,7 +91,7 @@ void Handshakes::Attempt::Start(const std::shared_ptr<FairPlaces>& shared) {
   const bool server = context->end() == End::server;
   if (server) {
     if (!shared->Take(HostNumberOf(peer), 1)) {
-      return Fail("has too many unfinished TLS handshakes; it is refused until some have ended");
+      return Fail("too many of its TLS handshakes are unfinished");
     }
     places = shared;
   }
@@ -95,12 +101,12 @@ void Handshakes::Attempt::Start(const std::shared_ptr<FairPlaces>& shared) {
   if (failed || !ssl || SSL_set_fd(ssl.get(), socket.native_handle()) != 1 ||
       (!server && !ExpectName(ssl.get(), peer))) {
     ERR_clear_error();
-    return Fail("cannot begin TLS: there is not enough memory");
+    return Fail("there is not enough memory for TLS");
   }
   server ? SSL_set_accept_state(ssl.get()) : SSL_set_connect_state(ssl.get());
   deadline.expires_after(kDeadline);
   deadline.async_wait([self = shared_from_this()](const asio::error_code& error) {
-    if (!error) self->Fail("did not complete the TLS handshake within 10 s");
+    if (!error) self->Fail("it did not complete the TLS handshake within 10 s");
   });
   Step();
 }
@@ -123,7 +129,7 @@ void Handshakes::Attempt::Step() {
 void Handshakes::Attempt::Wait(asio::posix::stream_descriptor::wait_type which) {
   socket.async_wait(which, [self = shared_from_this()](const asio::error_code& failed) {
     if (self->ended) return;
-    if (failed) return self->Fail("lost the connection: " + failed.message());
+    if (failed) return self->Fail("the connection is lost: " + failed.message());
     self->Step();
   });
 }
@@ -136,20 +142,19 @@ std::string Handshakes::Attempt::WhyNot(int error) {
   const std::string said = text == nullptr ? "the connection was closed" : text;
   ERR_clear_error();
   if (reason == SSL_R_CERTIFICATE_VERIFY_FAILED) {
-    return std::string("is refused, because its certificate is not valid: ") +
-           X509_verify_cert_error_string(verified);
+    return std::string("its certificate is not valid: ") + X509_verify_cert_error_string(verified);
   }
   if (reason == SSL_R_PEER_DID_NOT_RETURN_A_CERTIFICATE) {
-    return "is refused, because it has sent no certificate";
+    return "it has sent no certificate";
   }
   if (reason == SSL_R_HTTP_REQUEST || reason == SSL_R_WRONG_VERSION_NUMBER) {
-    return "does not speak TLS at this port";
+    return "it does not speak TLS";
   }
   if (error == SSL_ERROR_SYSCALL || code == 0 ||
       reason == SSL_R_UNEXPECTED_EOF_WHILE_READING) {
-    return "closed the connection during the TLS handshake";
+    return "it closed the connection during the TLS handshake";
   }
-  return "failed in the TLS handshake: " + said;
+  return "the TLS handshake failed: " + said;
 }
 
 void Handshakes::Attempt::Finish() {
@@ -186,7 +191,7 @@ void Handshakes::Ticket::Drop() {
     if (std::exchange(attempt->caller, nullptr) == nullptr) return;
     dropped.swap(attempt->done);
   }
-  asio::post(attempt->socket.get_executor(), [attempt] { attempt->Fail("was given up"); });
+  asio::post(attempt->socket.get_executor(), [attempt] { attempt->Fail("it was given up"); });
 }
 
 struct Handshakes::Loop {
@@ -194,28 +199,44 @@ struct Handshakes::Loop {
   transports::LoopThread thread{"tls"};
 };
 
-Handshakes::Handshakes() : loop_(std::make_unique<Loop>()) {
-  asio::post(loop_->thread.io(), [] {
-    // A flood of handshakes must not take processor time from the lines.
-    (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 10);
-  });
-  loop_->thread.Start();
-}
-
+Handshakes::Handshakes() = default;
 Handshakes::~Handshakes() = default;
+
+Handshakes::Loop* Handshakes::Running() {
+  const MutexLock lock(mutex_);
+  if (loop_) return loop_.get();
+  try {
+    auto loop = std::make_unique<Loop>();
+    asio::post(loop->thread.io(), [] {
+      // A flood of handshakes must not take processor time from the lines.
+      (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 10);
+    });
+    loop->thread.Start();
+    loop_ = std::move(loop);
+  } catch (const std::system_error&) {
+    return nullptr;
+  }
+  return loop_.get();
+}
 
 Handshakes::Ticket Handshakes::Begin(int owned, std::shared_ptr<const Context> context,
                                      const std::string& peer, asio::io_context& io, Done done) {
-  auto attempt = std::make_shared<Attempt>(loop_->thread.io(), std::move(context), peer, io,
-                                           std::move(done));
+  Loop* const loop = Running();
+  auto attempt = std::make_shared<Attempt>(loop != nullptr ? loop->thread.io() : io,
+                                           std::move(context), peer, io, std::move(done));
   Ticket ticket;
   ticket.attempt_ = attempt;
-  asio::post(loop_->thread.io(), [attempt, owned, places = loop_->places] {
+  if (loop == nullptr) {
+    ::close(owned);
+    attempt->Fail("the system has no threads left for TLS");
+    return ticket;
+  }
+  asio::post(loop->thread.io(), [attempt, owned, places = loop->places] {
     asio::error_code failed;
     attempt->socket.assign(owned, failed);
     if (failed) {
       ::close(owned);
-      return attempt->Fail("cannot begin TLS: " + failed.message());
+      return attempt->Fail("TLS cannot begin: " + failed.message());
     }
     attempt->Start(places);
   });

@@ -12,13 +12,14 @@
 #include <utility>
 
 #include "gateway/base/fair_places.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "transports/tls_context.h"
 
 namespace baudgate::tls {
 
-/// Any thread may call the functions.
+/// The thread starts with the first call of Begin. Any thread may call the functions.
 class Handshakes {
  public:
   /// A handshake that takes longer fails.
@@ -27,7 +28,7 @@ class Handshakes {
   /// that other hosts leave (FairPlaces).
   static constexpr std::size_t kMost = 128;
 
-  /// Error: what failed, as the end of a sentence that begins with the peer's name. The socket is
+  /// Error: what failed, such as "it has sent no certificate"; "it" is the peer. The socket is
   /// closed then.
   using Done = std::function<void(Result<std::unique_ptr<Channel>>)>;
 
@@ -59,8 +60,7 @@ class Handshakes {
   [[nodiscard]] Ticket Begin(int owned, std::shared_ptr<const Context> context,
                              const std::string& peer, asio::io_context& io, Done done);
 
-  /// Returns the instance that the whole process shares. Its thread starts with the first call of
-  /// Begin.
+  /// Returns the instance that the whole process shares.
   static Handshakes& OfProcess();
 
   Handshakes();
@@ -70,7 +70,11 @@ class Handshakes {
 
  private:
   struct Loop;
-  std::unique_ptr<Loop> loop_;
+  /// Returns the loop, which it starts if necessary; null: the system has no threads left.
+  Loop* Running();
+
+  Mutex mutex_;
+  std::unique_ptr<Loop> loop_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::tls

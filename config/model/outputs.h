@@ -160,7 +160,7 @@ void VisitFields(const Listener*, Visit visit) {
   visit(Key{"ca", "tls only: file with the authorities that issue the clients' certificates", {},
             "required with tls"});
   visit(Field<&Listener::roles>{
-      .help = "tls only: rights of the roles in the clients' certificates, below",
+      .help = "tls only: rights of the roles in the clients' certificates; see modbus.md",
       .fallback = "viewer: read, operator: write, engineer: write"});
   visit(Field<&Listener::allow>{.help = "networks whose clients may connect; everybody: no warning",
                                 .fallback = "everybody"});

@@ -69,6 +69,7 @@ std::unique_ptr<outputs::Output> MakeModbus(const OutputLinks& links) {
   modbus::ModbusLinks server;
   server.frames = {links.catalog.FramesOf(modbus::Framing::rtu),
                    links.catalog.FramesOf(modbus::Framing::ascii)};
+  server.journal = links.info.journal;
   if (records::WritePath* const writes = links.records.write_path()) server.writes = &writes->log();
   if (records::EventPath* const events = links.records.events()) {
     server.events = events->feed();

@@ -34,6 +34,7 @@ const char* Verdict(bool reached);
 void RunLineUse(const config::Catalog& catalog);
 void RunDeadDevices(const config::Catalog& catalog);
 void RunModbusRate();
+void RunTls();
 void RunAddedDelay(const config::Catalog& catalog, const std::string& self);
 void RunScale(const config::Catalog& catalog, const std::string& self);
 void RunCostPerPoint();

@@ -134,6 +134,7 @@ int main(int argc, char** argv) {
   if (wanted("line")) bench::RunLineUse(modules.catalog);
   if (wanted("dead")) bench::RunDeadDevices(modules.catalog);
   if (wanted("modbus")) bench::RunModbusRate();
+  if (wanted("tls")) bench::RunTls();
   if (wanted("routes")) bench::RunRoutes(modules.catalog);
   if (wanted("drive")) bench::RunDrive(modules.catalog);
   if (wanted("delay")) bench::RunAddedDelay(modules.catalog, "/proc/self/exe");

@@ -1,11 +1,13 @@
-// Benchmark: Modbus reads per second, compared with a bare epoll server that answers with as many
-// bytes.
+// Benchmarks: Modbus reads per second, compared with a bare epoll server that answers with as many
+// bytes; and the cost of TLS: reads per second with TLS, compared with those without, and the delay
+// of a plain client while other clients make handshakes.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <openssl/ssl.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -17,9 +19,11 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <map>
 #include <thread>
 
 #include "gateway/outputs/modbus/server/modbus_server.h"
+#include "gateway/outputs/pki/server_files.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {
@@ -96,28 +100,47 @@ class EchoServer {
   std::thread thread_;
 };
 
-class Load {
+/// Connects to a port of this machine; ends the program if that fails.
+int Connect(std::uint16_t port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(port);
+  const int client = socket(AF_INET, SOCK_STREAM, 0);
+  if (connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
+    fmt::print(stderr, "connect: {}\n", strerror(errno));
+    std::exit(4);
+  }
+  const int on = 1;
+  setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  return client;
+}
+
+/// Makes a TLS connection over `client`; null: the handshake failed.
+SSL* Secure(SSL_CTX* context, int client) {
+  SSL* const ssl = SSL_new(context);
+  SSL_set_fd(ssl, client);
+  if (SSL_connect(ssl) == 1) return ssl;
+  SSL_free(ssl);
+  return nullptr;
+}
+
+class Clients {
  public:
-  Load(std::uint16_t port, int connections, std::uint8_t registers) : poll_(epoll_create1(0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    address.sin_port = htons(port);
+  /// `tls` null: the connections are not encrypted.
+  Clients(std::uint16_t port, int connections, std::uint8_t registers, SSL_CTX* tls = nullptr)
+      : poll_(epoll_create1(0)) {
     request_ = {0, 1, 0, 0, 0, 6, 1, 4, 0, 0, 0, registers};
     reply_ = 9 + 2U * registers;
     for (int i = 0; i < connections; ++i) {
-      const int client = socket(AF_INET, SOCK_STREAM, 0);
-      if (connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
-        fmt::print(stderr, "connect: {}\n", strerror(errno));
-        std::exit(4);
-      }
-      const int on = 1;
-      setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+      const int client = Connect(port);
+      if (tls != nullptr) secured_[client] = Secure(tls, client);
       Watch(poll_, client);
       clients_.push_back(client);
     }
   }
-  ~Load() {
+  ~Clients() {
+    for (const auto& [client, ssl] : secured_) SSL_free(ssl);
     for (const int client : clients_) close(client);
     close(poll_);
   }
@@ -135,7 +158,10 @@ class Load {
       const bool over = std::chrono::steady_clock::now() >= until;
       for (int i = 0; i < count; ++i) {
         const int client = events[static_cast<std::size_t>(i)].data.fd;
-        const ssize_t got = recv(client, buffer.data(), reply_, MSG_WAITALL);
+        const ssize_t got = secured_.empty()
+                                ? recv(client, buffer.data(), reply_, MSG_WAITALL)
+                                : SSL_read(secured_[client], buffer.data(),
+                                           static_cast<int>(buffer.size()));
         if (got != static_cast<ssize_t>(reply_)) {
           fmt::print(stderr, "a reply of {} bytes in place of {}\n", got, reply_);
           std::exit(1);
@@ -153,10 +179,17 @@ class Load {
   }
 
  private:
-  void Ask(int client) { send(client, request_.data(), request_.size(), MSG_NOSIGNAL); }
+  void Ask(int client) {
+    if (secured_.empty()) {
+      send(client, request_.data(), request_.size(), MSG_NOSIGNAL);
+    } else {
+      SSL_write(secured_[client], request_.data(), static_cast<int>(request_.size()));
+    }
+  }
 
   int poll_;
   std::vector<int> clients_;
+  std::map<int, SSL*> secured_;
   std::array<std::uint8_t, kRequest> request_{};
   std::size_t reply_ = 0;
 };
@@ -191,8 +224,8 @@ config::Config MakeConfig() {
 
 class Server {
  public:
-  Server()
-      : config_(MakeConfig()),
+  explicit Server(config::Config config = MakeConfig())
+      : config_(std::move(config)),
         store_(config_),
         server_(config_, store_, sink_, [] { return modbus::GatewayFigures{}; }) {
     std::vector<bus::Sample> samples;
@@ -212,7 +245,7 @@ class Server {
     });
     thread_.join();
   }
-  std::uint16_t port() const { return server_.port(); }
+  std::uint16_t port(std::size_t listener = 0) const { return server_.port(listener); }
 
  private:
   config::Config config_;
@@ -226,8 +259,8 @@ class Server {
 
 void RunOne(const Server& server, std::uint8_t registers, int connections) {
   const EchoServer echo(9 + 2U * registers);
-  Load ours(server.port(), connections, registers);
-  Load limit(echo.port(), connections, registers);
+  Clients ours(server.port(), connections, registers);
+  Clients limit(echo.port(), connections, registers);
   ours.Run();
   limit.Run();
   std::vector<double> ratios;
@@ -246,7 +279,91 @@ void RunOne(const Server& server, std::uint8_t registers, int connections) {
       Verdict(ratio >= kWanted));
 }
 
+/// Returns the 99th percentile of the times of one client's reads during about two seconds, in ms.
+double WorstDelay(std::uint16_t port) {
+  constexpr std::array<std::uint8_t, kRequest> kAsk = {0, 1, 0, 0, 0, 6, 1, 4, 0, 0, 0, 10};
+  const int client = Connect(port);
+  std::vector<double> delays;
+  std::array<std::uint8_t, 29> reply{};
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+  while (std::chrono::steady_clock::now() < until) {
+    const auto began = std::chrono::steady_clock::now();
+    send(client, kAsk.data(), kAsk.size(), MSG_NOSIGNAL);
+    recv(client, reply.data(), reply.size(), MSG_WAITALL);
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - began;
+    delays.push_back(took.count());
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  close(client);
+  return Percentile(delays, 0.99);
+}
+
 }  // namespace
+
+void RunTls() {
+  constexpr int kConnections = 100;
+  constexpr double kWantedShare = 0.8;
+  constexpr double kWantedDelay = 2;  // ms
+  constexpr auto kBetweenHandshakes = std::chrono::milliseconds(2);
+  const std::string folder = Scratch() + "/tls";
+  const auto made = pki::WriteServerFiles(folder, {"localhost"}, {{"viewer", "viewer"}},
+                                          ReadClocks().wall);
+  if (!made) {
+    fmt::print(stderr, "{}\n", made.error());
+    std::exit(4);
+  }
+  config::Config config = MakeConfig();
+  config::Listener secure = config.modbus.listen.front();
+  secure.protocol = config::Listener::Protocol::tls;
+  secure.tls = {folder + "/gateway.pem", folder + "/gateway.key", folder + "/ca.pem"};
+  secure.roles = {{.role = "viewer", .permit = config::Permit::read}};
+  config.modbus.listen.push_back(secure);
+  const Server server(std::move(config));
+  SSL_CTX* const context = SSL_CTX_new(TLS_client_method());
+  SSL_CTX_use_certificate_chain_file(context, (folder + "/viewer.pem").c_str());
+  SSL_CTX_use_PrivateKey_file(context, (folder + "/viewer.key").c_str(), SSL_FILETYPE_PEM);
+
+  fmt::print("tls (wanted: {:.2f} of the reads without TLS, median of {} interleaved pairs)\n",
+             kWantedShare, kPairs);
+  for (const std::uint8_t registers : {std::uint8_t{10}, std::uint8_t{125}}) {
+    Clients plain(server.port(0), kConnections, registers);
+    Clients encrypted(server.port(1), kConnections, registers, context);
+    plain.Run();
+    encrypted.Run();
+    std::vector<double> ratios;
+    std::vector<double> rates;
+    for (int pair = 0; pair < kPairs; ++pair) {
+      const double limit = plain.Run();
+      rates.push_back(encrypted.Run());
+      ratios.push_back(rates.back() / limit);
+    }
+    fmt::print("  {:>3} registers, {} clients: {:>7.0f}/s, {:.2f} of plain reads  {}\n", registers,
+               kConnections, Median(rates), Median(ratios), Verdict(Median(ratios) >= kWantedShare));
+  }
+
+  const double quiet = WorstDelay(server.port(0));
+  std::atomic<bool> stop = false;
+  std::atomic<int> handshakes = 0;
+  std::thread flood([&] {
+    auto next = std::chrono::steady_clock::now();
+    while (!stop) {
+      const int client = Connect(server.port(1));
+      if (SSL* const ssl = Secure(context, client)) {
+        ++handshakes;
+        SSL_free(ssl);
+      }
+      close(client);
+      next += kBetweenHandshakes;
+      std::this_thread::sleep_until(next);
+    }
+  });
+  const double busy = WorstDelay(server.port(0));
+  stop = true;
+  flood.join();
+  SSL_CTX_free(context);
+  fmt::print("  plain reads beside {} handshakes a second: p99 {:.2f} ms, without {:.2f} ms  {}\n",
+             handshakes / 2, busy, quiet, Verdict(busy - quiet < kWantedDelay));
+}
 
 void RunModbusRate() {
   fmt::print("modbus reads (wanted: {:.2f} of a bare epoll echo, median of {} interleaved pairs)\n",

@@ -3,21 +3,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <openssl/pem.h>
 #include <openssl/x509v3.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <asio/error.hpp>
 #include <asio/io_context.hpp>
+#include <asio/ip/tcp.hpp>
 #include <asio/local/stream_protocol.hpp>
 #include <asio/read.hpp>
 #include <asio/write.hpp>
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "gateway/outputs/pki/demo_pki.h"
 #include "gateway/outputs/pki/server_files.h"
 #include "tests/gateway/outputs/pki/pki_folder.h"
+#include "transports/tcp_client.h"
 #include "transports/tls_handshakes.h"
 
 namespace baudgate::tls {
@@ -269,7 +273,7 @@ TEST_F(TlsTest, AClientThatSpeaksNoTlsIsRefused) {
                                         });
   const auto guard = asio::make_work_guard(io_);
   while (!server_) io_.run_one();
-  EXPECT_EQ(WhyRefused(), "does not speak TLS at this port");
+  EXPECT_EQ(WhyRefused(), "it does not speak TLS");
   char byte = 0;
   while (::read(pair[1], &byte, 1) > 0) continue;  // the alert, then the end
   ::close(pair[1]);
@@ -286,7 +290,7 @@ TEST_F(TlsTest, SilentClientsOfOneHostLeavePlacesForOthers) {
     clients.push_back(pair[1]);
     tickets.push_back(handshakes_.Begin(pair[0], context, "10.0.0.66:" + std::to_string(i), io_,
                                         [&refused](ChannelResult result) {
-                                          EXPECT_THAT(result.error(), HasSubstr("too many"));
+                                          EXPECT_THAT(result.error(), HasSubstr("unfinished"));
                                           ++refused;
                                         }));
   }
@@ -336,17 +340,55 @@ TEST_F(TlsTest, ChangedFilesAreUsedAndWrongOnesAreNot) {
   EXPECT_THAT(absent.Current().error(), HasSubstr("absent.pem cannot be read"));
 }
 
+/// Makes a certificate for `name` with a new key; `issuer` null: it signs itself.
+pki::Issued MakeLink(const std::string& name, bool authority, const pki::Issued* issuer) {
+  const PrivateKey key(EVP_EC_gen("prime256v1"));
+  const Certificate made(X509_new());
+  const auto add = [&](int kind, const char* value) {
+    X509V3_CTX context;
+    X509V3_set_ctx(&context, made.get(), made.get(), nullptr, nullptr, 0);
+    X509_EXTENSION* const extension = X509V3_EXT_conf_nid(nullptr, &context, kind, value);
+    X509_add_ext(made.get(), extension, -1);
+    X509_EXTENSION_free(extension);
+  };
+  X509_set_version(made.get(), X509_VERSION_3);
+  ASN1_INTEGER_set(X509_get_serialNumber(made.get()), 7);
+  X509_gmtime_adj(X509_getm_notBefore(made.get()), -3600);
+  X509_gmtime_adj(X509_getm_notAfter(made.get()), 3600);
+  X509_set_pubkey(made.get(), key.get());
+  X509_NAME_add_entry_by_txt(X509_get_subject_name(made.get()), "CN", MBSTRING_UTF8,
+                             reinterpret_cast<const unsigned char*>(name.c_str()), -1, -1, 0);
+  auto parents = issuer ? ParseCertificates(issuer->certificate) : std::vector<Certificate>();
+  X509_set_issuer_name(made.get(),
+                       X509_get_subject_name(issuer ? parents.front().get() : made.get()));
+  add(NID_basic_constraints, authority ? "critical,CA:TRUE" : "critical,CA:FALSE");
+  if (!authority) add(NID_subject_alt_name, "DNS:localhost");
+  const PrivateKey signer = issuer ? ParseKey(issuer->key, {}) : nullptr;
+  X509_sign(made.get(), signer ? signer.get() : key.get(), EVP_sha256());
+  const Bio certificate(BIO_new(BIO_s_mem()));
+  const Bio secret(BIO_new(BIO_s_mem()));
+  PEM_write_bio_X509(certificate.get(), made.get());
+  PEM_write_bio_PKCS8PrivateKey(secret.get(), key.get(), nullptr, nullptr, 0, nullptr, nullptr);
+  return {Written(certificate), Written(secret)};
+}
+
 TEST_F(TlsTest, TheChainIsSentAndAccepted) {
-  // ca.pem issues no authorities (pathlen 0), so an own chain is made: root, intermediate, server.
-  const auto texts = ReadTls(Files("gateway"));
-  ASSERT_TRUE(texts);
-  TlsTexts with_chain = *texts;
-  with_chain.certificate += pki::testing::ReadText(folder_.In("ca.pem"));
-  const auto context = Context::Make(End::server, with_chain);
-  ASSERT_TRUE(context);
-  STACK_OF(X509)* chain = nullptr;
-  SSL_CTX_get0_chain_certs((*context)->get(), &chain);
-  EXPECT_EQ(sk_X509_num(chain), 1);
+  const pki::Issued root = MakeLink("root", true, nullptr);
+  const pki::Issued middle = MakeLink("middle", true, &root);
+  for (const bool whole : {true, false}) {
+    for (const char* name : {"server", "client"}) {
+      const pki::Issued leaf = MakeLink(name, false, &middle);
+      pki::testing::WriteText(folder_.In(name + std::string(".pem")),
+                              leaf.certificate + (whole ? middle.certificate : ""));
+      pki::testing::WriteText(folder_.In(name + std::string(".key")), leaf.key);
+      std::filesystem::permissions(folder_.In(name + std::string(".key")),
+                                   std::filesystem::perms::owner_all);
+    }
+    pki::testing::WriteText(folder_.In("root.pem"), root.certificate);
+    Shake(Files("server", "root.pem"), Files("client", "root.pem"));
+    EXPECT_EQ(server_->ok(), whole);
+    EXPECT_EQ(client_->ok(), whole);
+  }
 }
 
 TEST_F(TlsTest, TheEndOfTheFirstCertificateCounts) {
@@ -357,6 +399,85 @@ TEST_F(TlsTest, TheEndOfTheFirstCertificateCounts) {
   EXPECT_THAT(EndsSoon(*texts, texts->until - 29 * 24h),
               HasSubstr("gateway.pem ends on"));
   EXPECT_THAT(EndsSoon(*texts, texts->until), HasSubstr("has ended on"));
+}
+
+/// Counts the callbacks of a transport.
+struct Heard final : transports::TransportListener {
+  void OnOpened() override { opened = true; }
+  void OnOpenFailed(const std::string& reason) override { failed = reason; }
+  void OnBytes(View bytes) override { Append(received, bytes); }
+  void OnLost(const std::string& reason) override { failed = reason; }
+  void OnStuck(const std::string& reason) override { stuck = reason; }
+  bool opened = false;
+  std::string failed;
+  std::string stuck;
+  Bytes received;
+};
+
+/// A line at a serial server with TLS.
+class TlsLineTest : public TlsTest {
+ protected:
+  void Open(const std::string& authority = "ca.pem") {
+    line_ = transports::MakeTcpClient(
+        "tls://localhost:" + std::to_string(acceptor_.local_endpoint().port()), {},
+        Files("viewer", authority), io_, heard_);
+    acceptor_.async_accept([this](const asio::error_code& failed, asio::ip::tcp::socket socket) {
+      if (failed) return;
+      ticket_ = handshakes_.Begin(socket.release(), Made(End::server, Files("gateway")), "a", io_,
+                                  [this](ChannelResult result) { server_ = std::move(result); });
+    });
+    line_->Open();
+    RunUntil([this] { return (heard_.opened && server_) || !heard_.failed.empty(); });
+  }
+  void RunUntil(const std::function<bool()>& done) {
+    const auto guard = asio::make_work_guard(io_);
+    io_.restart();
+    while (!done()) io_.run_one();
+  }
+
+  asio::ip::tcp::acceptor acceptor_{io_, {asio::ip::address_v4::loopback(), 0}};
+  Handshakes::Ticket ticket_;
+  Heard heard_;
+  std::unique_ptr<transports::Transport> line_;
+};
+
+TEST_F(TlsLineTest, BytesPassBothWays) {
+  Open();
+  ASSERT_TRUE(heard_.opened) << heard_.failed;
+  ASSERT_TRUE(*server_) << server_->error();
+  line_->Send(Bytes{1, 2, 3});
+  Bytes space(10);
+  Channel::Moved moved;
+  RunUntil([&] { return (moved = (**server_)->Read(space)).count > 0; });
+  EXPECT_EQ(moved.count, 3U);
+  (**server_)->Write(Bytes(9000, 5));
+  RunUntil([&] { return heard_.received.size() == 9000; });
+  (**server_)->End();
+  RunUntil([&] { return !heard_.failed.empty(); });
+  EXPECT_THAT(heard_.failed, HasSubstr("closed the connection"));
+}
+
+TEST_F(TlsLineTest, AServerOfAnotherAuthorityIsNotUsed) {
+  Open("other/ca.pem");
+  EXPECT_FALSE(heard_.opened);
+  EXPECT_THAT(heard_.failed, HasSubstr("its certificate is not valid"));
+}
+
+TEST_F(TlsLineTest, AfterARequestThatWasGivenUpTheConnectionEnds) {
+  Open();
+  ASSERT_TRUE(heard_.opened) << heard_.failed;
+  // The server reads nothing, so at some time a record is sent in part only.
+  Bytes request(4000, 7);
+  while (line_->Unsent() == 0) line_->Send(request);
+  line_->DropUnsent();
+  line_->Send(Bytes{'n', 'e', 'x', 't'});
+  RunUntil([&] { return !heard_.stuck.empty(); });
+  EXPECT_FALSE(line_->is_open());
+  Bytes space(16384);
+  for (Channel::Moved moved = (**server_)->Read(space); moved.count > 0;
+       moved = (**server_)->Read(space)) {
+    for (std::size_t i = 0; i < moved.count; ++i) ASSERT_EQ(space[i], 7);
+  }
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "gateway/outputs/modbus/service/traffic_json.h"
 #include "transports/loop_thread.h"
+#include "transports/tls_handshakes.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -31,6 +32,7 @@ outputs::DescriptorNeeds ModbusOutput::Descriptors(const config::Config& config)
     needs.others += listener.is_serial() ? kForSerialPort : kForListener;
     if (listener.is_serial()) continue;
     needs.clients += static_cast<std::size_t>(std::max(listener.max_clients, 1));
+    if (listener.tls.on()) needs.others += tls::Handshakes::kMost;
   }
   return needs;
 }

@@ -115,7 +115,7 @@ void UpstreamConnection::BeginTls() {
       owned, tls_, host_, io_,
       [self = shared_from_this()](Result<std::unique_ptr<tls::Channel>> result) {
         if (self->owner_ == nullptr) return;
-        if (!result) return self->owner_->OnBroken(result.error());
+        if (!result) return self->owner_->OnBroken("cannot be called over TLS: " + result.error());
         tcp::socket socket = tls::SocketOf(**result, self->io_);
         self->stream_ = tls::NetStream(std::move(socket), std::move(*result));
         self->Begin();

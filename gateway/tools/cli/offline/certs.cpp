@@ -124,7 +124,9 @@ void PrintUse(const std::string& folder, ServerCertsOptions::Use use, std::ostre
 
 int RunServerCerts(const ServerCertsOptions& options, std::ostream& out, std::ostream& err) {
   std::error_code error;
-  const std::string folder = fs::absolute(options.directory, error).lexically_normal().string();
+  fs::path path = fs::absolute(options.directory, error).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();  // "DIR/"
+  const std::string folder = path.string();
   std::vector<std::string> names = options.names;
   if (names.empty()) names = tls::NamesIn(folder + "/gateway.pem");
   if (names.empty()) {
