@@ -108,7 +108,7 @@ class Channel {
   Moved Read(std::span<std::uint8_t> space);
   Moved Write(View bytes);
   /// True if the next Read has bytes, even if no more of them arrive at the socket.
-  bool HasPending() const { return SSL_pending(ssl_.get()) > 0; }
+  bool HasPending() const { return !is_drained_ && SSL_has_pending(ssl_.get()) == 1; }
   /// Announces the end of the stream to the other end, if the socket has room.
   void End();
 
@@ -119,6 +119,8 @@ class Channel {
 
   std::unique_ptr<SSL, Freed<SSL_free>> ssl_;
   int socket_;
+  /// True: the last Read has found no whole record, so only new bytes at the socket can give one.
+  bool is_drained_ = false;
   Identity peer_;
 };
 

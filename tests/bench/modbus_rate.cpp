@@ -320,6 +320,7 @@ void RunTls() {
   config.modbus.listen.push_back(secure);
   const Server server(std::move(config));
   SSL_CTX* const context = SSL_CTX_new(TLS_client_method());
+  SSL_CTX_set_read_ahead(context, 1);
   SSL_CTX_use_certificate_chain_file(context, (folder + "/viewer.pem").c_str());
   SSL_CTX_use_PrivateKey_file(context, (folder + "/viewer.key").c_str(), SSL_FILETYPE_PEM);
 

@@ -267,7 +267,7 @@ void SecurityJournal::Add(SecurityEvent event, WallTime now) {
   log::WriteAct(
       log::Level::info,
       {.fields = {{"SECURITY", event.kind}, {"WHO", event.who}, {"FROM", event.from}}},
-      fmt::format("security: {} {}{}: {}: {}", event.kind, event.who,
+      fmt::format("security: {}{}{}: {}: {}", event.kind, event.who.empty() ? "" : " " + event.who,
                   event.from.empty() ? "" : " from " + event.from, event.what, event.result));
   {
     const MutexLock lock(file_->mutex);
