@@ -41,7 +41,8 @@ enum class Symptom : std::uint8_t {
   /// A reply without its beginning; `cause`: empty (one byte is missing), "a few" (several are
   /// missing), "garbled" (the first byte is wrong).
   head_lost,
-  /// A reply without its last byte; `cause`: "garbled" if the last byte came, but is wrong.
+  /// A reply without its last byte; `cause`: "garbled" if the last byte came, but its last bits are
+  /// wrong.
   end_lost,
   tail_lost,  ///< only the beginning of a reply
   /// The beginning and the end of a reply, with one or two bytes missing between them. `cause`: if

@@ -168,9 +168,11 @@ void Observer::OnAnswered() {
 Finding Observer::LookAgain(Finding finding) {
   const Bytes& heard = exchange_.heard();
   const bool right = IsAnswered(finding.symptom);
-  // A finding about a Modbus TCP reply is certain, because the reply contains a transaction number.
-  const bool told = exchange_.member()->protocol->tcp && !finding.remedy.empty();
   const bool same = habits_.NoteSame(exchange_, exchange_.outcome() == Outcome::ok);
+  // A finding about a Modbus TCP reply is certain, because the reply contains a transaction number;
+  // but the number is not wrong if the same frame was the right reply before.
+  const bool told = exchange_.member()->protocol->tcp && !finding.remedy.empty() &&
+                    !habits_.IsLastRight(exchange_);
   if (!same || right || told) return finding;
   const bool text = std::ranges::all_of(heard, IsPrintable);
   return {.symptom = Symptom::same_again,

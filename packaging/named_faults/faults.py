@@ -32,7 +32,7 @@ FAULTS = [
     # Parts are missing.
     Fault("half replies", ALL, m.sends(m.half), "break off|half|stop", "buffer|wire|serial server|converter|ask for less", "bit rate|power|second master", "alone beside"),
     Fault("first byte eaten", WIRE, m.sends(m.head_lost), "first byte", "converter|direction|delay", "bit rate|power|gap|second master"),
-    Fault("last byte lost", WIRE, m.sends(m.end_lost), "last byte", "converter|direction|driver", "bit rate|power|gap|second master"),
+    Fault("last byte lost", WIRE, m.sends(m.end_lost), "last byte|line end", "converter|direction|driver", "bit rate|power|gap|second master"),
     Fault("XON eaten", "rtu set", m.sends(m.eaten(0x11)), "missing|11|changes", "raw|XON", "power|second master"),
     Fault("0A eaten", "rtu", m.sends(m.eaten(0x0A, 3)), "missing|0A", "raw|line ends", "power|second master"),
     # The check value.
@@ -179,7 +179,7 @@ FAULTS += [
     Fault("now early, now late", "rtu dcon", m.between(0.1, 0.9), "late|after the request", "timing: \\{ reply", "bit rate|second master|power"),
     Fault("no coils", "rtu ascii", m.of_request(b"\1\0\5\0\1", m.silent), "\\bon\\b", "points|profile", "bit rate|noise"),
     Fault("no coils", "tcp", m.of_request(b"\1\0\5\0\1", m.silent), "\\bon\\b", "points|profile", "bit rate|noise"),
-    Fault("fault now and then", "rtu tcp", m.now_and_then(m.sends(m.exception(4)), 3), "exception 04", "fault of its own", "gap|second master|bit rate"),
+    Fault("fault now and then", "rtu tcp", m.now_and_then(m.sends(m.exception(4)), 3), "exception 04", "inspect|restart|replace", "gap|second master|bit rate"),
     Fault("answers twice", "tcp", m.twice, "twice|belong|nobody asked|nothing was asked", "firmware|client|server", "gap|parity|bias"),
     Fault("closes each fifth time", "tcp", m.now_and_then(p.CLOSE, 5), "connection", "client|server|limit|inactivity", "gap|parity"),
     Fault("reply of another command", "dcon", m.sends(lambda x: x.slave.wrap(b"!01" + x.reply[1:-3]) if x.reply[:1] == b">" else x.reply), "fit|form", "profile|module", "gap|power|second master|bit rate"),

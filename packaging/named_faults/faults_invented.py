@@ -75,7 +75,7 @@ INVENTED = family(
     Fault("SPA slave 17 in place of 1", "spa", m.sends(m.other_address(17)), "slave 17 answers", "address", OTHER),
     Fault("DCON: engineering, percent set", "dcon", m.sends(m.dcon_line(lambda t: b">+100.00-050.00+000.00+099.99" if t[:1] == b">" else t)), "", "", well=True),
     Fault("DCON: other address", "dcon", m.sends(m.dcon_line(lambda t: b"!07" + t[3:] if t[:1] == b"!" else b"?07")), "module 07 answers|07", "address", OTHER),
-    Fault("SPA: values in E notation", "spa", m.sends(lambda x: x.slave.wrap(x.address, b"D:" + b"/".join([b"5.0E-1"] * (x.reply.count(b"/") + 1)))), "5.0E-1|no number|type|no value", "profile|type", OTHER),
+    Fault("SPA: values in E notation", "spa", m.sends(m.spa_data(b"5.0E-1")), "5.0E-1|no number|type|no value", "profile|type", OTHER),
     Fault("meter asks for another password", "set", m.of_request(b"\1", m.sends(m.set_status(3))), "refuses the password", "correct `password`", OTHER),
     Fault("count in registers, not bytes", "rtu tcp", m.sends(m.pdu(lambda q: bytes([q[0], q[1] // 2 or 1]) + q[2:])), "count|not fit", "firmware|keep|profile", OTHER),
 ) + family(
@@ -123,7 +123,7 @@ INVENTED = family(
     "as strangers tried it",
     Fault("each byte comes twice", "rtu spa dcon dcon0 ascii set", m.sends(lambda x: bytes(b for c in x.reply for b in (c, c))), "comes twice", "terminat|repeater", OTHER),
     Fault("single losses at random", "rtu spa dcon set", lambda x: m.well(x) if x.random.random() > 0.3 else [], "now and then a request gets no answer", "wire|plug|noise", "gap|stops answering|did not answer|restart|bit rate|quiet"),
-    Fault("two of three requests lost", "rtu spa dcon", lambda x: m.well(x) if x.number % 3 == 0 else [], "now and then a request gets no answer", "wire|plug|noise", "gap|stops answering|did not answer|restart|bit rate", "beside"),
+    Fault("two of three requests lost", "rtu spa dcon", lambda x: m.well(x) if x.random.random() < 1 / 3 else [], "now and then a request gets no answer", "wire|plug|noise", "gap|stops answering|did not answer|restart|bit rate", "beside"),
     Fault("high bytes 11 swallowed", "rtu", m.sends(lambda x: high_bytes(x).replace(b"\x11", b"")), "11 are missing", "XON", OTHER, points=ROW),
     Fault("silent to one block", "rtu ascii", lambda x: [] if block_of(x) >= 500 else m.well(x), "does not answer the request for q.*holding 50", "take these points out", OTHER + "|away|noise", points=BLOCKS),
     Fault("Modbus master on the line", "dcon spa", m.well, "Modbus RTU", "line of its own|separate", OTHER, events=((0.77, lambda s: b"\x04\x03\x00\x00\x00\x02\xc4\x5e"),)),
@@ -143,6 +143,6 @@ INVENTED = family(
     Fault("heartbeat of five letters", "rtu", m.well, "text", "take it off|automatic|heartbeat", "bias|gap|power", line="TCP", events=((3.0, lambda s: b"alive"),)),
     Fault("its port is in use", "rtu tcp", m.silent, "Port already", "other client|limit", "gap|power|port number", line="TCP", greeting=b"Port already in use\r\n"),
     Fault("one of twelve lost, polled fast", "rtu tcp", m.now_and_then(m.silent, 12), "now and then a request gets no answer", "wire|plug|network", "stops answering|did not answer|gap|restart", device="poll: 300ms"),
-    Fault("exception 02 to all from 15 s on", "tcp rtu", after(15, m.sends(m.exception(2))), "exception 02", "firmware|another device", "gap|power"),
+    Fault("exception 02 to all from 15 s on", "tcp rtu", after(15, m.sends(m.exception(2))), "exception 02", "firmware|device or its settings were changed", "gap|power"),
     Fault("two meters mixed", "set", m.collide, "two devices", "address", "ask for less|buffer|gap|power"),
 )

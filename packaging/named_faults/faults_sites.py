@@ -102,8 +102,8 @@ SITES = family(
     Fault("well", "balance", m.well, "", "", well=True, **SCALE),
     Fault("stable and not, in turn", "balance", m.now_and_then(m.sends(lambda x: x.reply.replace(b"S S", b"S D")), 4), "", "", well=True, **SCALE),
     Fault("decimal comma", "balance", m.sends(lambda x: x.reply.replace(b".", b",")), "decimal comma", "decimal point", "noise", **SCALE),
-    Fault("no MDA", "nmea", None, "no MDA", "switch it on", "power", events=both()[:1], **WEATHER),
-    Fault("GPS receiver", "nmea", None, r"GPRMC", "device at this port", "power", events=lines(sentence(GPS)), **WEATHER),
+    Fault("no MDA", "nmea", None, "no MDA", "switch the message on", "power", events=both()[:1], **WEATHER),
+    Fault("GPS receiver", "nmea", None, r"GPRMC", "device is at this port", "power", events=lines(sentence(GPS)), **WEATHER),
     Fault("every 15 s", "nmea", None, "every 15", "max_age", "power|wire", device="poll: 2s", events=both(15.0), **WEATHER),
     Fault("check value with the $", "nmea", None, "computed in another way", "checksum:", "multiplexer|noise", events=both(taken=0x24), **WEATHER),
     Fault("check value differs by 41", "nmea", None, "computed in another way", "differs from xor8 always by 41", "multiplexer|noise", events=both(taken=0x41), **WEATHER),
@@ -184,5 +184,5 @@ SITES = family(
     Fault("refuses all since 12 s", "rtu tcp", m.dies_at(12, m.sends(m.exception(2))), "exception 02", "answered before", "profile|gap|bit rate"),
     Fault("needs 400 ms", "rtu", m.needs_pause(0.4), "soon", "quiet.*\\b([5-9]|1\\d)\\d0ms", "second master|bit rate|gap:"),
     Fault("one register fewer", MODBUS, m.sends(m.pdu(m.fewer_registers)), "fewer registers", "block", "profile|gap|power"),
-    Fault("one value fewer", "spa", m.sends(lambda x: x.slave.wrap(x.address, x.slave.body_of(x.reply).rsplit(b"/", 1)[0])), "values where", "max_items", "gap|power|bit rate"),
+    Fault("one value fewer", "spa", m.sends(lambda x: x.slave.wrap(x.address, x.slave.body_of(x.reply).rsplit(b"/", 1)[0])), "values instead of", "max_items", "gap|power|bit rate"),
 )

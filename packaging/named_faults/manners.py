@@ -204,8 +204,8 @@ def dcon_line(change):
 
 
 def spa_data(word):
-    """As many words as values were asked for."""
-    return lambda x: x.slave.wrap(x.address, b"D:" + b"/".join([word] * (x.reply.count(b"/") + 1)))
+    """As many words as values were asked for; its name (RF) it tells."""
+    return lambda x: x.reply if b"RF" in x.request else x.slave.wrap(x.address, b"D:" + b"/".join([word] * (x.reply.count(b"/") + 1)))
 
 
 def spa_nak(code):

@@ -158,8 +158,8 @@ class Gateway:
                     "7 of 32 exchanges failed: now and then a request gets no answer. Check for noise, and for a bad wire or plug at its end"]
                 made["hour"].update(availability=0.97, outages=2)
             if wrong == "late":
-                made["advice"] = ["late: its replies come up to 380 ms after the request, and timing.reply is 300 "
-                                  "ms. Set timing: { reply: 500ms } in the configuration"]
+                made["advice"] = ["late: its replies come up to 380 ms after the request (timing.reply: 300 ms). "
+                                  "Set timing: { reply: 500ms } in the configuration"]
             if wrong == "sensor":
                 made["advice"] = ["1 of 8 points have no good value (1 open sensor; input_3)"]
             line["devices"].append(made)

@@ -198,8 +198,8 @@ std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
   if (seen->request) {
     return Recognised{Recognised::What::other_master,
                       "another master sends on the line: it has asked " + Slave(seen->adu.slave),
-                      "a serial line can have only one master; remove the other master, or connect "
-                      "it to the gateway as a Modbus client"};
+                      "a line can have only one master; remove the other, or connect it to the "
+                      "gateway as a Modbus client"};
   }
   if (seen->adu.slave != asked->slave) {
     const std::string who = framing == Framing::tcp ? "unit " : "slave ";

@@ -115,10 +115,11 @@ double EndLost(const Evidence& evidence) {
 }
 
 /// Cause: replies break off, for example in a buffer that is too small. The buffer may also cut off
-/// only the last byte, so lost last bytes are counted too.
+/// only the last byte or two, so replies that lack these are counted too, unless they are most.
 double BreaksOff(const Evidence& evidence) {
   if (evidence.Count(tail_lost) == 0) return 0;
-  const double share = LacksBytes(evidence) ? 0 : evidence.Share({tail_lost, end_lost, bytes_lost});
+  const double share =
+      LacksBytes(evidence) ? 0 : evidence.Share({tail_lost, end_lost}, {bytes_lost});
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
@@ -210,8 +211,8 @@ std::string SayHeadLost(const Evidence& evidence) {
 
 std::string SayEndLost(const Evidence& evidence) {
   if (evidence.Last(end_lost).cause == kGarbled && evidence.answered) {
-    return "the last byte of its replies is garbled. Use a converter with automatic direction "
-           "control, and check for noise and a bad wire";
+    return "the last byte of its replies is garbled. Use automatic direction control, "
+           "and check for noise and a bad wire";
   }
   if (evidence.Last(end_lost).cause == kGarbled) {
     return "the last byte of its replies is garbled. Use a converter with automatic direction "
@@ -221,8 +222,8 @@ std::string SayEndLost(const Evidence& evidence) {
     return "the last byte of its replies is missing. The serial server takes it for a delimiter: "
            "set its port to raw, without delimiters";
   }
-  return "the last byte of its replies is missing. Use a converter with automatic direction "
-         "control, because a line driver releases the bus too early";
+  return "the last byte of its replies is missing. A line driver releases the bus early: use a "
+         "converter with automatic direction control";
 }
 
 std::string SayTailLost(const Evidence& evidence) {
@@ -230,8 +231,8 @@ std::string SayTailLost(const Evidence& evidence) {
   if (!finding.cause.empty() && !finding.remedy.empty()) {
     const bool never = !evidence.answered && IsNearlyAll(evidence.Count(tail_lost), evidence);
     return never ? "its replies carry no check value" + NextSentence(finding.remedy)
-                 : "its replies break off before their check value. Use a converter with automatic "
-                   "direction control, because a line driver releases the bus too early";
+                 : "its replies break off before their check value. A line driver releases the bus "
+                   "early: use a converter with automatic direction control";
   }
   if (!finding.cause.empty()) {
     return "its replies break off before their line end. Set the converter to raw, or use one with "
@@ -251,10 +252,10 @@ std::string SayTailLost(const Evidence& evidence) {
   // For a text reply the expected length is not known, so the last bytes may be missing.
   const bool end = few || (finding.expected == 0 && !evidence.line->is_network());
   return fmt::format("its replies break off ({}{} bytes came). {}", finding.bytes, of,
-                     end ? "Use a converter with automatic direction control or a larger buffer, "
-                           "or ask for less at once (block, max_items)"
-                         : "Use a serial server or converter with a larger buffer, ask for less at "
-                           "once (block, max_items), or check the wires");
+                     end ? "Use automatic direction control or a larger buffer, or ask for less "
+                           "at once (block, max_items)"
+                         : "Use a converter with a larger buffer, ask for less (block, max_items), "
+                           "or check wires");
 }
 
 std::string SayBytesLost(const Evidence& evidence) {
@@ -266,7 +267,7 @@ std::string SayBytesLost(const Evidence& evidence) {
   }
   if (!evidence.healthy.empty()) {
     return "bytes are missing inside its replies. A wire, plug or fibre at its end is bad, or a "
-           "converter there loses bytes (set it to raw)";
+           "converter loses bytes (set it to raw)";
   }
   return "bytes are missing inside its replies. A converter removes them (set it to raw) or is "
          "overrun (replace it)";
@@ -333,8 +334,9 @@ std::string SayTooLong(const Evidence& evidence) {
 std::string SayLongDamaged(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   return fmt::format(
-      "long replies come damaged ({} bytes; up to {} are fine), because a buffer in between or in "
-      "the device is too small. Ask for less at once (block, max_items)",
+      "long replies come damaged ({} bytes; up to {} are fine). A buffer is too small: ask for "
+      "less "
+      "at once (block, max_items)",
       findings.lengths().damaged().shortest, findings.lengths().longest_good());
 }
 

@@ -82,8 +82,8 @@ Sentences Patience(const bus::DeviceStatus& status) {
                             ? std::max(reply, status.findings.Last(Symptom::late).time)
                             : reply + std::min(status.patience, status.lateness);
   return {
-      fmt::format("late: its replies come up to {} ms after the request, and timing.reply is {} "
-                  "ms. Set timing: {{ reply: {}ms }} in the configuration",
+      fmt::format("late: its replies come up to {} ms after the request (timing.reply: {} ms). "
+                  "Set timing: {{ reply: {}ms }} in the configuration",
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 

@@ -32,6 +32,9 @@ bool FailsByEchoes(const Evidence& evidence);
 /// Returns sentences about failed exchanges and refused requests. The more frequent of both is
 /// first.
 std::vector<std::string> Failures(const bus::DeviceRecord& record, const Evidence& evidence);
+/// True if the server ends the connection at certain requests to the device, while it answers other
+/// requests. A sentence of Failures() names these requests.
+bool EndsAtRequests(const bus::DeviceRecord& record, const Evidence& evidence);
 
 // ---------------- diagnose_beside.cpp: bytes beside good replies
 

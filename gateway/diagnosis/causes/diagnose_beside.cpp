@@ -41,8 +41,8 @@ const char* WhyStray(const bus::DeviceRecord& record, bool always) {
     return always ? "the modem, radio or serial server adds them: set it to raw"
                   : "look for noise behind the serial server, and switch off its heartbeat packets";
   }
-  return always ? "a converter, radio or modem adds them (set it to raw), or the bus has no bias "
-                  "resistors (fit them)"
+  return always ? "a converter, radio or modem adds them (set it to raw), or the bus lacks bias "
+                  "resistors"
                 : "noise comes while no device drives the bus: check bias, termination and ground";
 }
 
@@ -107,11 +107,11 @@ Sentences Beside(const bus::DeviceRecord& record, bool alone) {
   } else if (copies >= kNotableNoise && record.status.doubled >= kNotableNoise) {
     say(copies, "its replies come twice and differ",
         CheckAddress(*record.device) +
-            ", or switch off what sends them twice (a serial server, radio or repeater)");
+            ", or switch the repetition off at the serial server or radio");
   } else if (copies >= kNotableNoise) {
     say(copies, "its replies come twice",
-        "switch off what sends them twice (a serial server, radio or repeater), or check whether "
-        "two devices have its address");
+        "switch the repetition off at the serial server or radio, or check whether two devices "
+        "have its address");
   }
   if (std::string wrapped = Wrapped(record); !wrapped.empty()) {
     found.push_back(std::move(wrapped));

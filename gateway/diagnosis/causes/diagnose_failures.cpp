@@ -92,6 +92,14 @@ std::string NotAnswered(const Evidence& evidence) {
                                                : "does not answer the request for ";
 }
 
+/// True if polls that are answered fail now and then too, so the trouble does not concern certain
+/// polls only.
+bool IsShaky(const bus::DeviceStatus& status) {
+  return std::ranges::any_of(status.queries, [](const bus::QueryCount& query) {
+    return query.in_vain < kNeverAnswered && std::popcount(query.failures) > 1;
+  });
+}
+
 /// Reports points whose requests are never answered while other requests are.
 Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (record.status.unasked) return {};
@@ -105,7 +113,8 @@ Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence
   if (!silent || answered || !evidence.Last(Symptom::refusal).cause.empty() ||
       IsAbsent(record.status))
     return {};
-  const bool tried = evidence.looked == bus::Findings::kKept || FailsWithRepeats(evidence);
+  const bool tried = (evidence.looked == bus::Findings::kKept || FailsWithRepeats(evidence)) &&
+                     !IsShaky(record.status);
   const std::string points = PointsOf(record, [&](std::size_t point) {
     const Quality& said = record.points[point].reported;
     const config::Point& its = record.device->points[point];
@@ -138,11 +147,7 @@ Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence)
   const bus::DeviceStatus& status = record.status;
   const auto fails = [](const bus::QueryCount& query) { return query.in_vain >= kNeverAnswered; };
   const bool others = HasOthers(record, evidence);
-  // If other polls fail now and then too, the trouble does not concern certain polls only.
-  const bool shaky = std::ranges::any_of(status.queries, [&](const bus::QueryCount& query) {
-    return !fails(query) && std::popcount(query.failures) > 1;
-  });
-  if (!others || shaky || status.findings.Count(Symptom::late) > 0) return {};
+  if (!others || IsShaky(status) || status.findings.Count(Symptom::late) > 0) return {};
   const std::string points = NamesOf(record, fails, true);
   if (points.empty()) return {};
   const bool silent = std::ranges::all_of(status.queries, [&](const bus::QueryCount& query) {
@@ -254,6 +259,11 @@ bool FailsByEchoes(const Evidence& evidence) {
   if (!Echoes(*evidence.status) || !HasAnsweredLately(evidence.device->status, evidence.now))
     return false;
   return evidence.Share({echo, odd, one_behind, other_reply, two_replies, other_master}) > 0.9;
+}
+
+bool EndsAtRequests(const bus::DeviceRecord& record, const Evidence& evidence) {
+  if (!evidence.Last(Symptom::silence).ended) return false;
+  return HasDeadQuery(record, kNeverAnswered) || !SilentPoints(record, evidence).empty();
 }
 
 Sentences Failures(const bus::DeviceRecord& record, const Evidence& evidence) {

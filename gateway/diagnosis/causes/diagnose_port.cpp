@@ -197,10 +197,11 @@ Sentences AboutLosses(const config::Line& line, const bus::LineStatus& status,
   if (IsLostOften(line, status, lost, now)) {
     found.push_back(Lost(line, status, lost, devices, now.instant));
   }
-  // If the server ends the connection in place of an answer of one device, a sentence about this
-  // device reports it.
-  const bool told = std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
-    return !one.status.last_ok && one.status.findings.Last(Symptom::silence).ended;
+  // If the server ends the connection in place of an answer of one device, or at some of its
+  // requests, a sentence about this device reports it.
+  const bool told = std::ranges::any_of(devices, [&](const bus::DeviceRecord& one) {
+    if (!one.status.last_ok) return one.status.findings.Last(Symptom::silence).ended;
+    return EndsAtRequests(one, Gather(status, one, devices, now));
   });
   if (std::string dropped = Dropped(status, now); lost < kDrops && !told && !dropped.empty()) {
     found.push_back(std::move(dropped));

@@ -56,10 +56,18 @@ bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
 
 std::string Service(const Evidence& evidence) { return std::string(evidence.traits().service); }
 
-std::size_t RegistersGiven(const Evidence& evidence) {
+/// Returns the number of registers in a complete reply of `bytes` bytes.
+std::size_t RegistersIn(const Evidence& evidence, std::size_t bytes) {
   const config::Traits::RegisterReply& reply = evidence.traits().register_reply;
+  return (bytes - std::min(bytes, reply.around)) / reply.each;
+}
+
+std::string SayFewerRegisters(const Evidence& evidence, const Finding& finding) {
   const std::size_t good = evidence.device->status.findings.lengths().longest_good();
-  return std::max<std::size_t>(1, (good - std::min(good, reply.around)) / reply.each);
+  const std::size_t block = std::max<std::size_t>(1, RegistersIn(evidence, good));
+  return fmt::format(
+      "it gives fewer registers than requested ({}). Set block: {} in the configuration{}",
+      Brief(finding), block, block == 1 ? ", or update its firmware" : "");
 }
 
 }  // namespace
@@ -184,10 +192,9 @@ std::string SayOdd(const Evidence& evidence) {
     return "some replies belong to other requests (" + Brief(finding) +
            "). Look for another client of the server, or another master";
   }
-  if (IsOtherLength(evidence, finding) && finding.bytes < finding.expected) {
-    return fmt::format(
-        "it gives fewer registers than requested ({}). Set block: {} in the configuration",
-        Brief(finding), RegistersGiven(evidence));
+  if (IsOtherLength(evidence, finding) && finding.bytes < finding.expected &&
+      RegistersIn(evidence, finding.bytes) > 0) {
+    return SayFewerRegisters(evidence, finding);
   }
   const bool fitted = evidence.changed && finding.remedy.empty();
   return "its replies do not fit the requests (" + Brief(finding) + ")" +
@@ -296,8 +303,7 @@ std::string Unproven(const Evidence& evidence) {
            (counterpart.empty() ? "" : "; or set protocol: " + counterpart);
   }
   if (evidence.healthy.empty()) {
-    return "check its power and wiring (A and B swapped?), then address (" + address + "), " +
-           Settings(record);
+    return "check power, wires (A and B), then address (" + address + "), " + Settings(record);
   }
   if (std::ranges::find(kFlowControl, address) != std::end(kFlowControl)) {
     return "check its power and wire; or a converter takes its address (" + address +
@@ -328,7 +334,7 @@ std::string SayLosses(const Evidence& evidence) {
   }
   if (!evidence.healthy.empty())
     return cause + "Check for noise, and for a bad wire or plug at its end";
-  return cause + "Check for noise, and for a bad wire or plug; or " + OtherReader(evidence);
+  return cause + "Check noise, wire and plug; or " + OtherReader(evidence);
 }
 
 std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
@@ -394,7 +400,7 @@ std::string SayEighthBit(const Evidence& evidence) {
           ? "the eighth bit of its characters is always 1, so it sends mark parity or two stop bits"
           : "its characters are right without the eighth bit, so it sends 7 data bits with parity";
   const std::string set = mark ? ". Set 7M1 or 7N2" : ". Set 7E1 or 7O1";
-  if (IsBehindServer(evidence)) return cause + set + " at the port of the serial server";
+  if (IsBehindServer(evidence)) return cause + set + " at the serial server";
   if (serial.data_bits > 7) return cause + set + " in serial (now " + serial.ToString() + ")";
   return cause + ". Use an adapter that supports " + serial.ToString() + ", or set " +
          (mark ? "7N2" : "7O1");
@@ -433,11 +439,10 @@ std::string SaySettings(const Evidence& evidence) {
   }
   if (!evidence.healthy.empty()) {
     return "its replies cannot be read. Check " + Settings(record) +
-           ", and whether two devices have address " + record.device->address;
+           ", and for two devices at address " + record.device->address;
   }
   return "bytes come, but no good frame. Check " + Settings(record) +
-         (IsBehindServer(evidence) ? ""
-                                   : " with 'baudgate scan', then whether A and B are swapped");
+         (IsBehindServer(evidence) ? "" : " with 'baudgate scan', then A and B");
 }
 
 std::string SayNoTcp(const Evidence& evidence) {
@@ -452,7 +457,7 @@ std::string SayZeros(const Evidence& evidence) {
   if (evidence.Last(zeros).bytes >= kWholeReply && serial.parity != config::Parity::none) {
     return fmt::format(
         "nothing but 00 or FF comes ({} bytes). Set the same parity at the device and in the "
-        "configuration ({}), or check whether A and B are swapped",
+        "configuration ({}), or check A and B",
         evidence.Last(zeros).bytes, serial.ToString());
   }
   if (serial.parity != config::Parity::none) {
@@ -477,7 +482,7 @@ std::string CheckOf(const bus::DeviceRecord& record) {
 std::string Settings(const bus::DeviceRecord& record) {
   const std::string check = CheckOf(record);
   const bool server = record.line->is_network();
-  return std::string("bit rate, parity") + (check.empty() ? "" : ", checksum") + " and protocol" +
+  return std::string("bit rate, parity and protocol") +
          (server ? " at device and serial server" : "") + " (" + SerialOf(record).ToString() +
          check + ", " + record.device->protocol + ")";
 }
@@ -507,9 +512,9 @@ std::string Suggest(Duration seen, double margin = kMargin) {
   return fmt::format("{}ms", round);
 }
 
-/// Returns text such as "and timing.gap is 50 ms. Set timing: { gap: 150ms } in the configuration".
+/// Returns text such as " (timing.gap: 50 ms). Set timing: { gap: 150ms } in the configuration".
 std::string AndSet(const char* time, std::optional<Duration> now, Duration seen) {
-  return fmt::format("and timing.{} is {} ms. Set timing: {{ {}: {} }} in the configuration", time,
+  return fmt::format(" (timing.{}: {} ms). Set timing: {{ {}: {} }} in the configuration", time,
                      Milliseconds(now.value_or(Duration{})), time, Suggest(seen));
 }
 
@@ -523,7 +528,7 @@ std::string SayLate(const Evidence& evidence) {
   // as the cause.
   const bool stalls =
       evidence.line->is_network() && !others.empty() && 2 * evidence.failed < evidence.looked;
-  return fmt::format("its replies come up to {} ms after the request, ", Milliseconds(seen)) +
+  return fmt::format("its replies come up to {} ms after the request", Milliseconds(seen)) +
          AndSet("reply", reply, std::max(seen, reply.value_or(Duration{}))) +
          (stalls ? ", or find what stalls the network or the server, as " + others +
                        " answers late at the same times"
@@ -538,7 +543,7 @@ std::string SaySplit(const Evidence& evidence) {
     return "they " + pauses + ". Set idle: " + Suggest(seen, kWideMargin) +
            " in the configuration, or switch the packing of the serial server off";
   }
-  return "its replies " + pauses + ", " + AndSet("gap", evidence.first().status.timing.gap, seen);
+  return "its replies " + pauses + AndSet("gap", evidence.first().status.timing.gap, seen);
 }
 
 std::string SayTooFast(const Evidence& evidence) {
@@ -552,7 +557,7 @@ std::string SayTooFast(const Evidence& evidence) {
     return "timing: { quiet: " + Suggest(quiet, margin) + " } in the configuration";
   };
   if (!known || *known > kLongestQuiet)
-    return cause + "Set " + set(probable, kMargin) + "; if requests still get no answer, raise it";
+    return cause + "Set " + set(probable, kMargin) + "; if needed, more";
   // The device has answered after this pause, and after no shorter one.
   const Duration enough = std::max<Duration>(kPause, *known);
   if (pause >= kUsualPause) {
@@ -560,8 +565,7 @@ std::string SayTooFast(const Evidence& evidence) {
            "; if every second request still gets no answer, the pause is not the cause";
   }
   if (enough <= kMargin * kWideMargin * probable) return cause + "Set " + set(enough, 1);
-  return cause + "Set " + set(probable, kMargin) +
-         "; if requests still get no answer, raise it to " + Suggest(enough, 1);
+  return cause + "Set " + set(probable, kMargin) + "; if needed, " + Suggest(enough, 1);
 }
 
 std::string SayAsleep(const Evidence& evidence) {

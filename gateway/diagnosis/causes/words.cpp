@@ -54,9 +54,8 @@ std::string NextSentence(std::string text) {
 }
 
 bool DoubtsProfile(const std::string& remedy) {
-  return remedy.starts_with("does the profile fit") ||
-         remedy.starts_with("check that the profile fits") ||
-         remedy.starts_with("check whether the profile fits");
+  return remedy.starts_with("check that the profile") ||
+         remedy.starts_with("check whether the profile");
 }
 
 }  // namespace baudgate::diagnosis

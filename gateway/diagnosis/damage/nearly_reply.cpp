@@ -163,17 +163,18 @@ bool IsWholeBehind(const Hearing& hearing, Bytes head, std::size_t any, View hea
   return false;
 }
 
-/// True if the reply is whole with another byte at `at`. The values from `first` to `last` are
-/// tried.
-bool IsWholeWithOther(const Hearing& hearing, View heard, std::size_t at, int first, int last) {
+/// Returns the byte that makes the reply whole at `at`. The values from `first` to `last` are
+/// tried. Nothing: no value makes the reply whole, or its check value proves nothing.
+std::optional<std::uint8_t> OtherAt(const Hearing& hearing, View heard, std::size_t at, int first,
+                                    int last) {
   Bytes whole(heard.begin(), heard.end());
   for (int byte = first; byte <= last; ++byte) {
     whole[at] = static_cast<std::uint8_t>(byte);
-    if (StartsWithReply(hearing, whole, whole.size() - 1)) {
-      return !IsWeak(hearing, whole, at, whole.size() / 2);
-    }
+    if (!StartsWithReply(hearing, whole, whole.size() - 1)) continue;
+    if (IsWeak(hearing, whole, at, whole.size() / 2)) return std::nullopt;
+    return static_cast<std::uint8_t>(byte);
   }
-  return false;
+  return std::nullopt;
 }
 
 /// True if only the first byte has another value than it should.
@@ -187,15 +188,30 @@ bool IsWholeWithOtherFirst(const Hearing& hearing, View heard) {
     return heard[0] != *first && StartsWithReply(hearing, whole, whole.size() - 1);
   }
   if (!IsText(hearing, heard.subspan(1)) || std::ispunct(heard[0]) != 0) return false;
-  return IsWholeWithOther(hearing, heard, 0, '!', kPrintable);
+  return OtherAt(hearing, heard, 0, '!', kPrintable).has_value();
 }
 
-/// True if only the last byte of a binary reply is wrong. (The last byte of a text is its line
-/// end.)
-bool IsWholeWithOtherLast(const Hearing& hearing, View heard) {
-  if (hearing.protocol->tcp || heard.size() <= kShortestLine) return false;
-  if (IsText(hearing, hearing.request)) return false;
-  return IsWholeWithOther(hearing, heard, heard.size() - 1, 0, 0xFF);
+/// True if `came` is `sent` without its last bits: a line driver has released the bus too early.
+/// The lowest bit of a character is sent first, and all bits after the release are equal. Example:
+/// 73 comes as F3 if the highest bit is lost.
+bool IsCutShort(std::uint8_t sent, std::uint8_t came) {
+  for (unsigned right = 0; right < 8; ++right) {
+    const unsigned mask = (1U << right) - 1;
+    const unsigned begin = sent & mask;
+    if (came == begin || came == (begin | (0xFFU & ~mask))) return true;
+  }
+  return false;
+}
+
+/// Recognises a binary reply of which only the last byte is wrong. (The last byte of a text is its
+/// line end.)
+std::optional<Finding> OtherLast(const Hearing& hearing, View heard) {
+  if (hearing.protocol->tcp || heard.size() <= kShortestLine) return std::nullopt;
+  if (IsText(hearing, hearing.request)) return std::nullopt;
+  const auto sent = OtherAt(hearing, heard, heard.size() - 1, 0, 0xFF);
+  if (!sent) return std::nullopt;
+  if (!IsCutShort(*sent, heard.back())) return Finding{.symptom = Symptom::bad_check};
+  return Finding{.symptom = Symptom::end_lost, .cause = "garbled"};
 }
 
 /// Returns how many bytes are missing at the beginning; 0: no byte is missing. Recognises one byte
@@ -383,9 +399,7 @@ std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
     return Finding{.symptom = Symptom::tail_lost, .cause = "its line end"};
   }
   if (IsWholeWithEnd(hearing, heard)) return Finding{.symptom = Symptom::end_lost};
-  if (IsWholeWithOtherLast(hearing, heard)) {
-    return Finding{.symptom = Symptom::end_lost, .cause = "garbled"};
-  }
+  if (auto other = OtherLast(hearing, heard)) return other;
   if (IsWholeWithOtherCheck(hearing, heard)) {
     return Finding{.symptom = Symptom::bad_check, .cause = "a text"};
   }

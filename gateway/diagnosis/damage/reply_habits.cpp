@@ -101,6 +101,7 @@ bool ReplyHabits::NoteSame(const HeardExchange& exchange, bool right) {
   // Equal bytes are a misfit only if the length of a reply follows from its request (PDU). Texts
   // with different values may be equal by chance.
   const bool misfit = !ProvesLife(exchange.outcome()) && member.protocol->carrier != nullptr;
+  if (right) of_[member].right = exchange.heard();
   return of_[member].same.OnCame(came, exchange.request().bytes, right, misfit,
                                  member.protocol->tcp);
 }

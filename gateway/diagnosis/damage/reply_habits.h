@@ -241,6 +241,10 @@ class ReplyHabits {
   /// True if the frames beside the reply were all accepted for other requests a short time ago:
   /// equipment in between sends replies twice.
   bool IsCopy(const HeardExchange& exchange) const;
+  /// True if the last right reply of the device has come again, with its transaction number.
+  bool IsLastRight(const HeardExchange& exchange) {
+    return of_[*exchange.member()].right == exchange.heard();
+  }
   /// Corrects the finding about a text that seems to lack a character: if the same text comes again
   /// to the same request, it is the usual form of the device and no damage.
   Finding Compare(const HeardExchange& exchange, Finding finding);
@@ -254,6 +258,7 @@ class ReplyHabits {
     std::size_t since = 0;  // exchanges since the request of `lost`
     ReplyLag lag;
     SameAgain same;
+    Bytes right;        // the last bytes that were the right reply to a request
     TakenReply misfit;  // a text that lacks a character; a good reply to the same request clears it
   };
 

@@ -72,7 +72,7 @@ bool AddExtension(X509* certificate, X509* issuer, int which, const char* value)
   return extension && X509_add_ext(certificate, extension.get(), -1) == 1;
 }
 
-/// What a certificate for TLS contains; a certificate for DDS has none of it.
+/// The contents of a certificate that only TLS needs, not DDS.
 struct TlsUse {
   std::string server_names{};  ///< subjectAltName; empty: the certificate is that of a client
   std::string role{};

@@ -309,6 +309,14 @@ const FaultRow kFaults[] = {
        });
      },
      "another transaction number", "gap|power|parity", false, IsTcp},
+    {"stuck",
+     [](Stage stage) {
+       Distort(stage, [n = 0, last = Bytes()](Bytes reply) mutable {
+         if (++n <= 5) last = std::move(reply);
+         return last;
+       });
+     },
+     "the same reply comes to every request", "gap|power|firmware", true, IsTcp},
     {"MBAP length",
      [](Stage stage) {
        Distort(stage, [](Bytes reply) {

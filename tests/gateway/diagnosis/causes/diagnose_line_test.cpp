@@ -171,6 +171,11 @@ TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUseIsReported) {
               ElementsAre("the server has ended the connection 3 times in the last minutes while "
                           "it was in use. Another client takes it (end that client, or raise the "
                           "limit of connections), or a router or firewall in between ends it"));
+  Looked(device(), Symptom::silence, 1, {.ended = true});
+  EXPECT_THAT(SayOfLine(), ::testing::SizeIs(1)) << "a connection can end during any request";
+  device().queries = {{.first_point = 0, .points = 1},
+                      {.first_point = 1, .points = 3, .in_vain = 3, .symptom = Symptom::silence}};
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "the sentence about the device names the request";
 }
 
 TEST_F(DiagnoseTest, TheEndsOfConnectionsNameTheirCause) {
@@ -258,8 +263,7 @@ TEST_F(DiagnoseTest, TheLineIsSuspectedWhenNoDeviceAnswers) {
       ::testing::EndsWith(
           "Compare bit rate, parity and data bits (9600 7E1) with the settings of the devices"));
   neighbour_.status.state = bus::DeviceState::disabled;
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr(
-                            "Check its power and wiring (A and B swapped?), then address (2)"))
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("Check power, wires (A and B), then address (2)"))
       << "one device alone has a sentence of its own";
 }
 

@@ -219,6 +219,19 @@ TEST_F(DiagnoseTest, ARequestWithAnOddReplyIsNotReportedAsSilent) {
                   " fails: its reply does not fit the request (6 values came where 8 channels"));
 }
 
+TEST_F(DiagnoseTest, LossesAtAllPollsAreNoSilentPoints) {
+  record_.points[1].reported = Quality::bad_waiting;
+  device().queries = {{.first_point = 0, .points = 1},
+                      {.first_point = 1, .points = 1, .in_vain = 9, .symptom = Symptom::silence}};
+  for (int i = 0; i < 11; ++i) {
+    Looked(device(), Symptom::silence, 2);
+    Looked(device(), Symptom::clean, 1);
+  }
+  EXPECT_THAT(Say()[0], ::testing::StartsWith("does not answer the request for "));
+  device().queries[0].failures = 0xFF;
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("now and then a request gets no answer"));
+}
+
 TEST_F(DiagnoseTest, ADeviceThatAnswersOnlyProbesIsReported) {
   device().queries = {{.first_point = 1, .points = 1, .in_vain = 3, .symptom = Symptom::silence}};
   record_.points[0].value = 1.5;
@@ -237,13 +250,13 @@ TEST_F(DiagnoseTest, ADeviceThatBeginsToRefuseIsNotAskedForItsProfile) {
   record_.points[0].value = 1.5;
   Ended(Outcome::unsupported, Symptom::refusal, 3, "",
         {.cause = "the module answers '?01' to #",
-         .remedy = "check whether the profile fits the module"});
+         .remedy = "check that the profile and its channels fit the module"});
   Looked(device(), Symptom::clean, 4);
   EXPECT_EQ(Say()[0],
             "it answers 'the module answers '?01' to #' to 3 of 32 requests. It has answered "
             "before: check whether the device or its settings were changed, or restart it");
   device().outcomes[static_cast<std::size_t>(Outcome::ok)] = 0;
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("Check whether the profile fits the module"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("Check that the profile and its channels fit"));
 }
 
 TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesIsBlamedOnTheConverter) {
@@ -319,9 +332,9 @@ TEST_F(DiagnoseTest, AwaitedLateAnswersSuggestALongerReplyTime) {
   device().timing.reply = 300ms;
   EXPECT_THAT(Say(), IsEmpty()) << "once";
   device().late = 2;
-  EXPECT_THAT(Say(),
-              ElementsAre("late: its replies come up to 496 ms after the request, and timing.reply "
-                          "is 300 ms. Set timing: { reply: 550ms } in the configuration"));
+  EXPECT_THAT(
+      Say(), ElementsAre("late: its replies come up to 496 ms after the request (timing.reply: 300 "
+                         "ms). Set timing: { reply: 550ms } in the configuration"));
   Looked(device(), Symptom::late, 1, {.time = 380ms});
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("up to 380 ms")));
 }

@@ -33,8 +33,20 @@ TEST_F(HypothesesTest, FewerRegistersThanRequestedSuggestASmallerBlock) {
     EXPECT_EQ(SayOf({.seen = seen, .says = {}, .state = status::kHere}),
               "it gives fewer registers than requested (22 bytes came where 82 answer the "
               "request). Set block: " +
-                  row.block + " in the configuration");
+                  row.block + " in the configuration" +
+                  (row.block == "1" ? ", or update its firmware" : ""));
   }
+}
+
+/// A reply without a register is no shorter block: the function was refused without the exception
+/// bit.
+TEST_F(HypothesesTest, AReplyWithoutARegisterSuggestsNoBlock) {
+  config_.lines[0].devices[1].traits = &protocols::ModbusRtuProtocol().traits;
+  const Finding none = {.bytes = 5, .expected = 11, .cause = "2 bytes came instead of 8"};
+  EXPECT_EQ(
+      SayOf({.seen = {{odd, 9, none}}, .says = {}, .state = status::kHere}),
+      "its replies do not fit the requests (2 bytes came instead of 8). Check that the profile "
+      "fits the device and its options");
 }
 
 /// One failing request with a flow-control byte can be chance, so the converter is not named.
@@ -328,8 +340,7 @@ TEST_F(HypothesesTest, VaryingWrongCheckValuesAreReportedAsDamage) {
 TEST_F(HypothesesTest, SettingsNameTheCheckValue) {
   EXPECT_EQ(Settings(record_), "bit rate, parity and protocol (9600 7E1, spabus)");
   config_.lines[0].devices[1].options.Set("checksum", true);
-  const std::string settings =
-      "bit rate, parity, checksum and protocol (9600 7E1, checksum: on, spabus)";
+  const std::string settings = "bit rate, parity and protocol (9600 7E1, checksum: on, spabus)";
   EXPECT_EQ(Settings(record_), settings);
   for (const unsigned state : {0U, 0U + status::kNeighbour}) {
     EXPECT_THAT(SayOf({{{silence, 20}}, {}, state}), ::testing::HasSubstr(settings));
