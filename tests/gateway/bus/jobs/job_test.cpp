@@ -94,10 +94,15 @@ TEST_F(JobTest, ARoutedRequestWithoutWaitingClientsIsNotSent) {
   EXPECT_TRUE(Routed({})->WhyNotSend(kStart));
 }
 
-TEST_F(JobTest, AClosingRequestIsSentAfterTheDeadline) {
-  const auto write = Write(Until(kStart));
+TEST_F(JobTest, AClosingRequestIsSentWhateverForbidsTheWrite) {
+  WriteCommand command = Until(kStart);
+  command.abandoned = std::make_shared<std::atomic<bool>>(true);
+  command.why_not = [](Instant) { return std::optional<std::string>("an interlock"); };
+  const auto write = Write(std::move(command));
+  EXPECT_TRUE(write->WhyNotSend(kStart - 1ns));
   write->step.request.closes = true;
-  EXPECT_FALSE(write->WhyNotSend(kStart + 1h));
+  EXPECT_FALSE(write->WhyNotSend(kStart - 1ns));
+  EXPECT_FALSE(write->WhyNotSend(kStart + 1h)) << "after its deadline";
 }
 
 TEST_F(JobTest, ADisabledDeviceAcceptsRoutedRequestsButNoPolls) {
@@ -276,7 +281,19 @@ TEST_F(JobEndTest, AWriteWithoutANextRequestEndsUnknownUnlessRefused) {
     EXPECT_EQ(effects.write->next, Next::answer);
     EXPECT_EQ(effects.write->result.end, expected);
     EXPECT_FALSE(effects.write->result.unfit);
+    const bool may_be_open =
+        effects.write->result.reason.find("still be open") != std::string::npos;
+    EXPECT_EQ(may_be_open, expected == WriteEnd::refused);
   }
+}
+
+/// The device has answered the requests that prepare the write, so its refusal is none of the
+/// value.
+TEST_F(JobEndTest, AWriteWhoseOnlyRequestsPrepareItWasNotSent) {
+  const auto write = Write(Until(kStart + 1s));
+  write->was_sent = true;
+  write->has_no_request = true;
+  EXPECT_EQ(End(*write, Outcome::unsupported).write->result.end, WriteEnd::not_sent);
 }
 
 TEST_F(JobEndTest, ARoutedRequestAnswersEachOfItsClients) {

@@ -14,6 +14,7 @@
 namespace baudgate::bus {
 namespace {
 
+using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 /// Runs jobs on a line with device A (points `read` and "2") and B ("1"). The constructor has read
@@ -101,12 +102,31 @@ class Rig : private PollerListener, private RequestPort {
     store_.Read(0, [&](const DeviceRecord& record) { value = ToText(record.points[point].value); });
     return value;
   }
+  DeviceStatus Status() const {
+    DeviceStatus status;
+    store_.Read(0, [&](const DeviceRecord& record) { status = record.status; });
+    return status;
+  }
   void Pass(Duration time) {
     now_ = {now_.instant + time, now_.wall + time};
     runner_.OnTime(now_);
   }
 
+  /// Continues the parked job, if there is one.
+  void Resume() {
+    Pass(1s);
+    if (auto job = context_.agenda.parked.Take(now_.instant)) runner_.Begin(std::move(job));
+  }
+  /// Polls a point of A when no late reply can come. A answers probes, but all other requests get
+  /// `reply` (see Hear).
+  void PollInVain(std::size_t query, const std::string& reply) {
+    Pass(1s);
+    Poll(query);
+    for (Turn(); runner_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? "!A0" : reply);
+  }
+
   Device& a() { return context_.roster.device(0); }
+  ParkedJobs& parked() { return context_.agenda.parked; }
   DeviceTracker& tracker() { return context_.tracker; }
   Schedule& schedule() { return context_.agenda.schedule; }
   JobRunner& runner() { return runner_; }
@@ -202,6 +222,7 @@ TEST(JobRunnerTest, EachEventDeterminesTheNextStepOfAWrite) {
   const WriteRow kRows[] = {
       {{"it is asked for", "1", {}, "WA1=7"}},
       {{"refused", "1", {"!A1~refused"}, "ended"}, WriteEnd::refused},
+      {{"busy: a write is never parked", "1", {"!A1~busy"}, "ended"}, WriteEnd::busy},
       {{"silence: it may have written", "1", {"silence"}, "ended"}, WriteEnd::unknown},
       {{"it was not sent in time", "1", {"late", "silence"}, "ended"}, WriteEnd::not_sent},
       {{"its device was disabled", "1", {"disabled", "silence"}, "ended"}, WriteEnd::not_sent},
@@ -258,6 +279,7 @@ TEST(JobRunnerTest, ASilentClosingDoesNotHideWhyAWriteWasRefused) {
     ASSERT_EQ(rig.results.size(), 1U);
     EXPECT_EQ(rig.results[0].end, WriteEnd::refused);
     EXPECT_THAT(rig.results[0].reason, StartsWith("the device says refused"));
+    EXPECT_THAT(rig.results[0].reason, HasSubstr("access to the device may still be open"));
   }
 }
 
@@ -476,6 +498,122 @@ TEST(JobRunnerTest, TheReplyTimeCountsFromTheRequestNotFromTheQuietBefore) {
   rig.WaitUntilSent();
   EXPECT_GT(rig.now(), started);
   EXPECT_EQ(rig.runner().job()->asked().sent, rig.now());
+}
+
+TEST(JobRunnerTest, APollOfABusyDeviceIsParkedAsOftenAsThereAreRetries) {
+  Rig rig("1");
+  rig.Poll(0);
+  for (const char* next : {"parked", "parked", "ended"}) {
+    rig.Hear("!A1~busy");
+    EXPECT_EQ(rig.Next(), next);
+    rig.Resume();
+  }
+}
+
+TEST(JobRunnerTest, APollIsNotParkedIfItsDeviceWasDisabled) {
+  Rig rig("1");
+  rig.Poll(0);
+  ASSERT_TRUE(rig.Go());
+  rig.a().in_use = false;
+  rig.Answer("A1~busy");
+  EXPECT_EQ(rig.Next(), "ended");
+}
+
+TEST(JobRunnerTest, ADeviceHasOneParkedPoll) {
+  Rig rig("1");
+  rig.Poll(0);
+  rig.Hear("!A1~busy");
+  rig.Poll(1);
+  rig.Hear("!A2~busy");
+  EXPECT_EQ(rig.parked().TakeAll(rig.a()).size(), 1U);
+}
+
+TEST(JobRunnerTest, AParkedPollEndsWhenThePortClosesOrItsDeviceIsDisabled) {
+  for (const bool closed : {false, true}) {
+    Rig rig("1");
+    rig.Poll(0);
+    rig.Hear("!A1~busy");
+    ASSERT_EQ(rig.Next(), "parked");
+    if (closed) {
+      rig.tracker().OnClosed(rig.now());
+    } else {
+      rig.tracker().SetInUse(rig.a(), false, true, rig.now());
+    }
+    EXPECT_EQ(rig.Next(), "ended");
+  }
+}
+
+TEST(JobRunnerTest, AnsweredProbesDoNotMakeUpForFailedPolls) {
+  Rig rig("1");
+  for (int task = 0; task < 3; ++task) {
+    rig.Hear("a while");
+    rig.PollInVain(1, "silence");
+  }
+  EXPECT_TRUE(rig.a().health.absent());
+}
+
+/// The constructor of Rig has read point "2", but not point "1".
+TEST(JobRunnerTest, SilenceToAPointThatNeverHadAValueDoesNotTakeItsDeviceOffline) {
+  struct SilenceRow {
+    const char* what;
+    std::size_t query;
+    const char* reply;
+    bool offline;
+  };
+  const SilenceRow kRows[] = {
+      {"the device does not have the point", 0, "silence", false},
+      {"it had the point before", 1, "silence", true},
+      {"damage comes from the device", 0, "damage", true},
+  };
+  for (const SilenceRow& row : kRows) {
+    SCOPED_TRACE(row.what);
+    Rig rig("1");
+    for (int task = 0; task < 3; ++task) rig.PollInVain(row.query, row.reply);
+    EXPECT_EQ(rig.a().health.absent(), row.offline);
+  }
+}
+
+TEST(JobRunnerTest, ABroadcastDoesNotMakeUpForFailedPolls) {
+  Rig rig("Q1");
+  for (int task = 0; task < 3; ++task) {
+    rig.Write({0});
+    for (rig.Turn(); rig.runner().job() != nullptr; rig.Turn()) {
+      rig.Hear(rig.Next() == "PA0" ? "!A0" : "sent");
+    }
+    rig.PollInVain(1, "silence");
+  }
+  EXPECT_FALSE(rig.writes().read_backs().empty()) << "the broadcasts were sent";
+  EXPECT_TRUE(rig.a().health.absent());
+}
+
+TEST(JobRunnerTest, ASecondReplyDoesNotEndAJobWhoseProbeIsUnderWay) {
+  Rig rig("1");
+  rig.Poll(0);
+  rig.Hear("a while");
+  rig.Turn();
+  ASSERT_EQ(rig.Next(), "PA0");
+  rig.Answer("A2=9");
+  rig.Hear("!A0");
+  EXPECT_EQ(rig.Next(), "?A1") << "no answer waits for the probe";
+}
+
+TEST(JobRunnerTest, AfterAnUnansweredTelegramAProbeGoesFirst) {
+  Rig rig("1");
+  rig.tracker().OnUnansweredTelegram(rig.now());
+  rig.Poll(0);
+  rig.Turn();
+  EXPECT_EQ(rig.Next(), "PA0");
+}
+
+/// Nobody knows whether the device would have answered, so the lost port is no failed exchange.
+TEST(JobRunnerTest, ALostPortIsNoReasonForARetry) {
+  Rig rig("1");
+  rig.Poll(0);
+  rig.Hear("lost");
+  EXPECT_EQ(rig.Status().retries, 0U);
+  rig.Poll(0);
+  rig.Hear("silence");
+  EXPECT_EQ(rig.Status().retries, 1U);
 }
 
 }  // namespace

@@ -81,6 +81,18 @@ TEST(PollerRoutedFaults, ADamagedReadIsNotRetriedIfItsClientHasLeft) {
   }
 }
 
+TEST(PollerRoutedFaults, ADamagedReadIsSentAgainAsOftenAsThereAreRetries) {
+  RoutedLine line;
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(0).manner.distort = Damaged;
+  const std::size_t before = line.OnWire().size();
+  line.Ask("read", kRead);
+  line.RunFor(2s);
+  EXPECT_EQ(line.Of("read").outcome, Outcome::corrupt);
+  EXPECT_EQ(line.OnWire().size() - before, 3U);
+}
+
 // The replies to both writes of function 16 are equal. A PLC could take the late reply to the start
 // for the stop, while the motor runs.
 TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
