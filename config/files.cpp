@@ -39,8 +39,9 @@ TlsFiles ReadServerTls(MapReader& map, const std::string& folder) {
   }
   for (const std::string other : {"key", "client_ca"}) {
     if (!map.Has(other)) continue;
-    map.problems().Error(map.MarkOf(other),
-                         other + ": has no effect without certificate; add certificate: " + example);
+    map.problems().Error(
+        map.MarkOf(other),
+        other + ": has no effect without certificate; add certificate: " + example);
   }
   return {};
 }
@@ -54,8 +55,8 @@ TlsFiles ReadMutualTls(MapReader& map, bool on) {
   TlsFiles files;
   for (const auto& [key, file, path] :
        {std::tuple("certificate", "gateway.pem", &files.certificate),
-        std::tuple("key", "gateway.key", &files.key), std::tuple("ca", "ca.pem",
-                                                                 &files.authorities)}) {
+        std::tuple("key", "gateway.key", &files.key),
+        std::tuple("ca", "ca.pem", &files.authorities)}) {
     const std::string example = Example("modbus", file);
     if (map.Need(key, example)) *path = ReadAbsolutePath(map, key, example);
   }

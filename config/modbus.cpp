@@ -48,9 +48,9 @@ void ReadTargetLine(const YamlNode& node, const std::vector<Line>& lines, Route&
         node.mark(),
         "line: '" + *name +
             "' is a Modbus TCP server, which a route reaches without a line; write server: \"" +
-            (!line->is_network()         ? "host:502"
-                 : IsTlsAddress(line->port) ? line->port
-                                            : line->port.substr(kTcpScheme.size())) +
+            (!line->is_network()        ? "host:502"
+             : IsTlsAddress(line->port) ? line->port
+                                        : line->port.substr(kTcpScheme.size())) +
             "\" in place of line");
     return;
   }
@@ -262,9 +262,9 @@ std::vector<RoleRule::Range> ReadRanges(MapReader& map, const std::string& key,
   std::vector<RoleRule::Range> ranges;
   const auto list = map.Get(key);
   if (!list) return ranges;
-  for (const YamlNode& one : ReadSome(*list, key, kMostRules,
-                                      "the list is empty; remove the key to permit all",
-                                      map.problems())) {
+  for (const YamlNode& one :
+       ReadSome(*list, key, kMostRules, "the list is empty; remove the key to permit all",
+                map.problems())) {
     const auto range = ReadParsed(one, key, map.problems(), [most](const std::string& text) {
       return ParseRange(text, most);
     });
@@ -273,8 +273,7 @@ std::vector<RoleRule::Range> ReadRanges(MapReader& map, const std::string& key,
   return ranges;
 }
 
-std::vector<RoleRule> ReadRules(const YamlNode& list, const std::string& role,
-                                Problems& problems) {
+std::vector<RoleRule> ReadRules(const YamlNode& list, const std::string& role, Problems& problems) {
   std::vector<RoleRule> rules;
   for (const YamlNode& one : ReadList(list, role, kMostRules, problems)) {
     MapReader map(one, "an entry of role " + Quoted(role), problems);
@@ -282,13 +281,15 @@ std::vector<RoleRule> ReadRules(const YamlNode& list, const std::string& role,
     RoleRule rule;
     rule.units = ReadRanges(map, "units", 255);
     Codes known;
-    if (const auto codes = map.Get("functions")) rule.functions = ReadCodes(*codes, known, problems);
+    if (const auto codes = map.Get("functions"))
+      rule.functions = ReadCodes(*codes, known, problems);
     rule.addresses = ReadRanges(map, "addresses", 65535);
     map.Finish();
     rules.push_back(std::move(rule));
   }
   if (rules.empty()) {
-    problems.Error(list.mark(), role + ": the list permits nothing; remove the role, or write read");
+    problems.Error(list.mark(),
+                   role + ": the list permits nothing; remove the role, or write read");
   }
   return rules;
 }

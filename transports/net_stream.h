@@ -75,11 +75,11 @@ class NetStream {
         Read(space, std::move(handler));
       });
     }
-    socket_.async_wait(
-        wait_read, [this, space, handler = std::move(handler)](const std::error_code& error) mutable {
-          if (error) return handler(error, std::size_t{0});
-          Read(space, std::move(handler));
-        });
+    socket_.async_wait(wait_read, [this, space, handler = std::move(handler)](
+                                      const std::error_code& error) mutable {
+      if (error) return handler(error, std::size_t{0});
+      Read(space, std::move(handler));
+    });
   }
 
   template <typename Handler>
@@ -90,8 +90,7 @@ class NetStream {
  private:
   template <typename Handler>
   void Read(asio::mutable_buffer space, Handler handler) {
-    const auto moved =
-        channel_->Read({static_cast<std::uint8_t*>(space.data()), space.size()});
+    const auto moved = channel_->Read({static_cast<std::uint8_t*>(space.data()), space.size()});
     if (moved.error == asio::error::would_block) {
       return async_read_some(space, std::move(handler));
     }

@@ -426,7 +426,8 @@ void TcpClient::BeginTls(const AttemptPtr& attempt) {
       [attempt](Result<std::unique_ptr<tls::Channel>> result) {
         TcpClient* const owner = attempt->owner;
         if (owner == nullptr) return;
-        if (!result) return owner->Fail("cannot connect to " + owner->port_ + ": " + result.error());
+        if (!result)
+          return owner->Fail("cannot connect to " + owner->port_ + ": " + result.error());
         tcp::socket socket = tls::SocketOf(**result, owner->io_);
         owner->BeginSession(tls::NetStream(std::move(socket), std::move(*result)));
       });

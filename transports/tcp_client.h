@@ -83,9 +83,9 @@ class HostNames {
 };
 
 /// `port` is "tcp://host:port", or "tls://host:port" with the files `tls`; with an invalid text,
-/// every Open fails. `listener` and `names` must outlive the transport. A server whose network path died silently is noticed within about 25 s. A
-/// server that answers TCP but has lost its serial side is not noticed here: the line must notice
-/// it, then call Close and Open.
+/// every Open fails. `listener` and `names` must outlive the transport. A server whose network path
+/// died silently is noticed within about 25 s. A server that answers TCP but has lost its serial
+/// side is not noticed here: the line must notice it, then call Close and Open.
 std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialSettings& serial,
                                          const config::TlsFiles& tls, asio::io_context& io,
                                          TransportListener& listener,

@@ -38,8 +38,7 @@ Result<std::string> RoleOf(const X509& certificate) {
   if (X509_get_ext_by_OBJ(&certificate, kind.get(), at) >= 0) {
     return Error{"the certificate contains its role twice"};
   }
-  const ASN1_OCTET_STRING* const value =
-      X509_EXTENSION_get_data(X509_get_ext(&certificate, at));
+  const ASN1_OCTET_STRING* const value = X509_EXTENSION_get_data(X509_get_ext(&certificate, at));
   const unsigned char* next = ASN1_STRING_get0_data(value);
   const unsigned char* const end = next + ASN1_STRING_length(value);
   const Utf8String text(d2i_ASN1_UTF8STRING(nullptr, &next, end - next));
@@ -48,7 +47,8 @@ Result<std::string> RoleOf(const X509& certificate) {
   const int size = ASN1_STRING_length(text.get());
   std::string role(reinterpret_cast<const char*>(ASN1_STRING_get0_data(text.get())),
                    static_cast<std::size_t>(size));
-  if (size == 0 || size > kLongestRole || FirstNotUtf8(role) != std::string_view::npos || role.find('\0') != std::string::npos) {
+  if (size == 0 || size > kLongestRole || FirstNotUtf8(role) != std::string_view::npos ||
+      role.find('\0') != std::string::npos) {
     return Error{"the role in the certificate is empty, too long, or not UTF-8"};
   }
   return role;
@@ -99,8 +99,8 @@ std::string ContextFiles::Stamp() const {
       stamp += "-;";
       continue;
     }
-    stamp += fmt::format("{}:{}:{}:{}.{};", its.st_dev, its.st_ino, its.st_size,
-                         its.st_mtim.tv_sec, its.st_mtim.tv_nsec);
+    stamp += fmt::format("{}:{}:{}:{}.{};", its.st_dev, its.st_ino, its.st_size, its.st_mtim.tv_sec,
+                         its.st_mtim.tv_nsec);
   }
   return stamp;
 }

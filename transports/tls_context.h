@@ -102,7 +102,8 @@ class Channel {
   Channel(const Channel&) = delete;
   Channel& operator=(const Channel&) = delete;
 
-  /// Passes the socket to the caller, who waits for it and closes it. Else the destructor closes it.
+  /// Passes the socket to the caller, who waits for it and closes it. Else the destructor closes
+  /// it.
   int Release() { return std::exchange(socket_, -1); }
 
   Moved Read(std::span<std::uint8_t> space);

@@ -17,7 +17,7 @@ struct TlsTexts {
   std::string certificate{};  ///< with the certificates of intermediate authorities
   std::string key{};
   std::string authorities{};
-  WallTime until{};  ///< end of the certificate that ends first, of all that were read
+  WallTime until{};          ///< end of the certificate that ends first, of all that were read
   std::string ends_first{};  ///< file with this certificate
 
   bool on() const { return !certificate.empty(); }

@@ -150,8 +150,7 @@ std::string Handshakes::Attempt::WhyNot(int error) {
   if (reason == SSL_R_HTTP_REQUEST || reason == SSL_R_WRONG_VERSION_NUMBER) {
     return "it does not speak TLS";
   }
-  if (error == SSL_ERROR_SYSCALL || code == 0 ||
-      reason == SSL_R_UNEXPECTED_EOF_WHILE_READING) {
+  if (error == SSL_ERROR_SYSCALL || code == 0 || reason == SSL_R_UNEXPECTED_EOF_WHILE_READING) {
     return "it closed the connection during the TLS handshake";
   }
   return "the TLS handshake failed: " + said;

@@ -55,8 +55,8 @@ class Handshakes {
   };
 
   /// Begins the handshake on the connected TCP socket `owned`. `done` is called once, on the thread
-  /// of `io`, never inside this call. `peer`: the address of a client, for the share of its host, or
-  /// the name or address of a server, which its certificate must contain.
+  /// of `io`, never inside this call. `peer`: the address of a client, for the share of its host,
+  /// or the name or address of a server, which its certificate must contain.
   [[nodiscard]] Ticket Begin(int owned, std::shared_ptr<const Context> context,
                              const std::string& peer, asio::io_context& io, Done done);
 

@@ -60,7 +60,9 @@ void VisitFields(const PortServer*, Visit visit) {
                                 .help = "file: the certificate for TLS, with its chain",
                                 .fallback = "no TLS"});
   visit(Key{"key", "file: the key of the certificate, mode 0640 or less"});
-  visit(Key{"client_ca", "file: only clients with a certificate of this authority may connect", {},
+  visit(Key{"client_ca",
+            "file: only clients with a certificate of this authority may connect",
+            {},
             "every client"});
   visit(Derived<&PortServer::mark>());
 }
@@ -104,8 +106,8 @@ void VisitFields(const Line*, Visit visit) {
   visit(Field<&Line::tls>{.key = "ca",
                           .help = "tls:// only: file with the authority of the server",
                           .fallback = "required with tls://"});
-  visit(Key{"certificate", "tls:// only: file with the certificate that the gateway shows", {},
-            "none"});
+  visit(Key{
+      "certificate", "tls:// only: file with the certificate that the gateway shows", {}, "none"});
   visit(Key{"key", "tls:// only: file with the key of the certificate", {}, "none"});
   visit(Field<&Line::serial>{.help = "\"9600 7E1\": bit/s, data bits, parity (N, E, O, M, S), stop "
                                      "bits; or a map",

@@ -155,9 +155,13 @@ void VisitFields(const Listener*, Visit visit) {
   visit(Field<&Listener::tls>{.key = "certificate",
                               .help = "tls only: file with the gateway's certificate and its chain",
                               .fallback = "required with tls"});
-  visit(Key{"key", "tls only: file with the key of the certificate, mode 0640 or less", {},
+  visit(Key{"key",
+            "tls only: file with the key of the certificate, mode 0640 or less",
+            {},
             "required with tls"});
-  visit(Key{"ca", "tls only: file with the authorities that issue the clients' certificates", {},
+  visit(Key{"ca",
+            "tls only: file with the authorities that issue the clients' certificates",
+            {},
             "required with tls"});
   visit(Field<&Listener::roles>{
       .help = "tls only: rights of the roles in the clients' certificates; see modbus.md",
@@ -226,8 +230,8 @@ void VisitFields(const Route*, Visit visit) {
   visit(Field<&Route::tls>{.key = "ca",
                            .help = "tls:// only: file with the authority of the server",
                            .fallback = "required with tls://"});
-  visit(Key{"certificate", "tls:// only: file with the certificate that the gateway shows", {},
-            "none"});
+  visit(Key{
+      "certificate", "tls:// only: file with the certificate that the gateway shows", {}, "none"});
   visit(Key{"key", "tls:// only: file with the key of the certificate", {}, "none"});
   visit(Field<&Route::remap>{
       "remap", "slave number of the first unit; the following units get the following numbers", 0,
@@ -346,7 +350,9 @@ void VisitFields(const Web*, Visit visit) {
                          .help = "file: the certificate for TLS (https), with its chain",
                          .fallback = "no TLS"});
   visit(Key{"key", "file: the key of the certificate, mode 0640 or less"});
-  visit(Key{"client_ca", "file: only clients with a certificate of this authority may connect", {},
+  visit(Key{"client_ca",
+            "file: only clients with a certificate of this authority may connect",
+            {},
             "every client"});
   visit(Derived<&Web::token_mark>());
   visit(Derived<&Web::certificate_mark>());

@@ -158,10 +158,9 @@ class Clients {
       const bool over = std::chrono::steady_clock::now() >= until;
       for (int i = 0; i < count; ++i) {
         const int client = events[static_cast<std::size_t>(i)].data.fd;
-        const ssize_t got = secured_.empty()
-                                ? recv(client, buffer.data(), reply_, MSG_WAITALL)
-                                : SSL_read(secured_[client], buffer.data(),
-                                           static_cast<int>(buffer.size()));
+        const ssize_t got = secured_.empty() ? recv(client, buffer.data(), reply_, MSG_WAITALL)
+                                             : SSL_read(secured_[client], buffer.data(),
+                                                        static_cast<int>(buffer.size()));
         if (got != static_cast<ssize_t>(reply_)) {
           fmt::print(stderr, "a reply of {} bytes in place of {}\n", got, reply_);
           std::exit(1);
@@ -306,8 +305,8 @@ void RunTls() {
   constexpr double kWantedDelay = 2;  // ms
   constexpr auto kBetweenHandshakes = std::chrono::milliseconds(2);
   const std::string folder = Scratch() + "/tls";
-  const auto made = pki::WriteServerFiles(folder, {"localhost"}, {{"viewer", "viewer"}},
-                                          ReadClocks().wall);
+  const auto made =
+      pki::WriteServerFiles(folder, {"localhost"}, {{"viewer", "viewer"}}, ReadClocks().wall);
   if (!made) {
     fmt::print(stderr, "{}\n", made.error());
     std::exit(4);
@@ -339,7 +338,8 @@ void RunTls() {
       ratios.push_back(rates.back() / limit);
     }
     fmt::print("  {:>3} registers, {} clients: {:>7.0f}/s, {:.2f} of plain reads  {}\n", registers,
-               kConnections, Median(rates), Median(ratios), Verdict(Median(ratios) >= kWantedShare));
+               kConnections, Median(rates), Median(ratios),
+               Verdict(Median(ratios) >= kWantedShare));
   }
 
   const double quiet = WorstDelay(server.port(0));

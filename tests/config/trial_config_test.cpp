@@ -61,15 +61,21 @@ TEST(TrialConfig, OfEveryExampleLoadsAndUsesNothingOfThePlant) {
 
 TEST(TrialConfig, NeedsNoFilesOfTls) {
   const std::string files = "certificate: /c.pem, key: /c.key";
-  const auto trial = MakeTrialConfig(
-      "web: { listen: \"0.0.0.0:8502\", " + files + ", client_ca: /ca.pem }\n"
-      "modbus: { listen: { at: \"0.0.0.0:802\", protocol: tls, " + files + ", ca: /ca.pem, "
-      "roles: { viewer: read } } }\n"
-      "lines:\n"
-      "- { name: a, port: \"tls://10.0.0.5:4001\", ca: /ca.pem, " + files + ", protocol: spabus, "
-      "devices: [{ name: d, address: 1, profile: spaj140c }], "
-      "lend: { at: \"127.0.0.1:4002\", " + files + " } }\n",
-      PlacesFor(1));
+  const auto trial =
+      MakeTrialConfig("web: { listen: \"0.0.0.0:8502\", " + files +
+                          ", client_ca: /ca.pem }\n"
+                          "modbus: { listen: { at: \"0.0.0.0:802\", protocol: tls, " +
+                          files +
+                          ", ca: /ca.pem, "
+                          "roles: { viewer: read } } }\n"
+                          "lines:\n"
+                          "- { name: a, port: \"tls://10.0.0.5:4001\", ca: /ca.pem, " +
+                          files +
+                          ", protocol: spabus, "
+                          "devices: [{ name: d, address: 1, profile: spaj140c }], "
+                          "lend: { at: \"127.0.0.1:4002\", " +
+                          files + " } }\n",
+                      PlacesFor(1));
   ASSERT_TRUE(trial) << trial.error();
   const Loaded loaded = LoadText(trial->yaml, "trial.yaml", testing::Shipped());
   ASSERT_TRUE(loaded.ok()) << loaded.problems.front().message << '\n' << trial->yaml;

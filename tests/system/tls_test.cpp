@@ -39,10 +39,11 @@ class Tls : public ThreeDevices {
       return "certificate: " + File(use, "gateway.pem") + ", key: " + File(use, "gateway.key");
     };
     replace("modbus: { listen: \"127.0.0.1:" + std::to_string(port()) + "\" }",
-            "modbus: { listen: [\"127.0.0.1:" + std::to_string(port()) + "\", { at: \"127.0.0.1:" +
-                std::to_string(secure_) + "\", protocol: tls, " + files("modbus") +
-                ", ca: " + File("modbus", "ca.pem") + " }] }\nweb: { listen: \"127.0.0.1:" +
-                std::to_string(web_) + "\", " + files("web") + " }");
+            "modbus: { listen: [\"127.0.0.1:" + std::to_string(port()) +
+                "\", { at: \"127.0.0.1:" + std::to_string(secure_) + "\", protocol: tls, " +
+                files("modbus") + ", ca: " + File("modbus", "ca.pem") +
+                " }] }\nweb: { listen: \"127.0.0.1:" + std::to_string(web_) + "\", " +
+                files("web") + " }");
     replace("port: " + LinkOf("io") + "\n",
             "port: \"tls://localhost:" + std::to_string(line_) + "\"\n    ca: " +
                 File("ports", "ca.pem") + "\n    certificate: " + File("ports", "client.pem") +
@@ -57,13 +58,14 @@ class Tls : public ThreeDevices {
   /// Starts stunnel, which has a certificate of `role`, and returns its port for plain Modbus.
   std::uint16_t StartTunnel(const std::string& role) {
     const std::uint16_t plain = FreePort();
-    const auto file = Write(role + ".conf", "foreground = yes\npid =\n[modbus]\nclient = yes\n"
-                                            "accept = 127.0.0.1:" + std::to_string(plain) +
-                                            "\nconnect = 127.0.0.1:" + std::to_string(secure_) +
-                                            "\ncert = " + File("modbus", role + ".pem") +
-                                            "\nkey = " + File("modbus", role + ".key") +
-                                            "\nCAfile = " + File("modbus", "ca.pem") +
-                                            "\nverifyChain = yes\ncheckHost = localhost\n");
+    const auto file = Write(
+        role + ".conf",
+        "foreground = yes\npid =\n[modbus]\nclient = yes\n"
+        "accept = 127.0.0.1:" +
+            std::to_string(plain) + "\nconnect = 127.0.0.1:" + std::to_string(secure_) +
+            "\ncert = " + File("modbus", role + ".pem") +
+            "\nkey = " + File("modbus", role + ".key") + "\nCAfile = " + File("modbus", "ca.pem") +
+            "\nverifyChain = yes\ncheckHost = localhost\n");
     tunnels_.push_back(Run({"stunnel4", file.string()}));
     EXPECT_TRUE(Eventually([plain] { return RawClient(plain).connected(); }));
     return plain;
@@ -71,7 +73,7 @@ class Tls : public ThreeDevices {
 
   Finished Poll(std::uint16_t at, std::vector<std::string> more) const {
     std::vector<std::string> words{"mbpoll", "-m", "tcp", "-p", std::to_string(at), "-a", "11",
-                                   "-0", "-1", "-o", "5"};
+                                   "-0",     "-1", "-o",  "5"};
     words.insert(words.end(), more.begin(), more.end());
     const auto poll = Run(words);
     const auto code = poll->WaitForEnd();
@@ -86,17 +88,18 @@ class Tls : public ThreeDevices {
 
 TEST_F(Tls, IsSpokenByForeignPrograms) {
   StartTwins();
-  const auto server = Run({"socat", "openssl-listen:" + std::to_string(line_) +
-                                        ",reuseaddr,fork,cert=" + File("ports", "gateway.pem") +
-                                        ",key=" + File("ports", "gateway.key") +
-                                        ",cafile=" + File("ports", "ca.pem"),
+  const auto server = Run({"socat",
+                           "openssl-listen:" + std::to_string(line_) +
+                               ",reuseaddr,fork,cert=" + File("ports", "gateway.pem") + ",key=" +
+                               File("ports", "gateway.key") + ",cafile=" + File("ports", "ca.pem"),
                            LinkOf("io") + ",rawer"});
   daemon = StartDaemon(SecureYaml());
   // A line behind a server with TLS.
   ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F)) << daemon->Errors();
 
   // Modbus, with the roles of two certificates.
-  const Finished read = Poll(StartTunnel("viewer"), {"-t", "3:float", "-B", "-r", "0", "127.0.0.1"});
+  const Finished read =
+      Poll(StartTunnel("viewer"), {"-t", "3:float", "-B", "-r", "0", "127.0.0.1"});
   EXPECT_THAT(read.output, HasSubstr("100.25")) << read.errors;
   const Finished denied = Poll(StartTunnel("viewer"), {"-t", "4", "-r", "0", "127.0.0.1", "1"});
   EXPECT_THAT(denied.errors, HasSubstr("Illegal function"));
@@ -105,10 +108,10 @@ TEST_F(Tls, IsSpokenByForeignPrograms) {
       << "the role may write, the point may not";
 
   // A client without a certificate.
-  const std::vector<std::string> connect{"openssl", "s_client", "-connect",
-                                         "localhost:" + std::to_string(secure_), "-brief",
-                                         "-verify_return_error", "-CAfile",
-                                         File("modbus", "ca.pem")};
+  const std::vector<std::string> connect{"openssl",  "s_client",
+                                         "-connect", "localhost:" + std::to_string(secure_),
+                                         "-brief",   "-verify_return_error",
+                                         "-CAfile",  File("modbus", "ca.pem")};
   const auto nobody = Run(connect);
   EXPECT_TRUE(EventuallyLogged(*daemon, "it has sent no certificate"));
   std::vector<std::string> with = connect;
@@ -141,10 +144,10 @@ TEST_F(Tls, APortIsServedToForeignPrograms) {
     EXPECT_TRUE(EventuallyLogged(*daemon, "it does not speak TLS"));
   }
   const std::string pty = LinkOf("tool");
-  const auto tool = Run({"socat", "pty,link=" + pty + ",rawer",
-                         "openssl:localhost:" + std::to_string(line_) +
-                             ",cafile=" + File("ports", "ca.pem") + ",cert=" +
-                             File("ports", "client.pem") + ",key=" + File("ports", "client.key")});
+  const auto tool =
+      Run({"socat", "pty,link=" + pty + ",rawer",
+           "openssl:localhost:" + std::to_string(line_) + ",cafile=" + File("ports", "ca.pem") +
+               ",cert=" + File("ports", "client.pem") + ",key=" + File("ports", "client.key")});
   EXPECT_TRUE(EventuallyLogged(*daemon, "CN=client")) << tool->Errors();
   const Finished answer = Command({"read", "--port", pty, "--profile", "module", "--address", "1"});
   EXPECT_THAT(answer.output, HasSubstr("100.25")) << answer.errors << daemon->Errors();

@@ -166,8 +166,8 @@ TEST_F(TlsTest, AServerThatAsksForNoCertificateKnowsNobody) {
 TEST_F(TlsTest, ClientsWithoutATrustedCertificateAreRefused) {
   Shake(Files("gateway"), Files(""));
   EXPECT_THAT(WhyRefused(), HasSubstr("it has sent no certificate"));
-  Shake(Files("gateway"), {folder_.In("other/viewer.pem"), folder_.In("other/viewer.key"),
-                           folder_.In("ca.pem")});
+  Shake(Files("gateway"),
+        {folder_.In("other/viewer.pem"), folder_.In("other/viewer.key"), folder_.In("ca.pem")});
   EXPECT_THAT(WhyRefused(), HasSubstr("its certificate is not valid"));
 }
 
@@ -179,8 +179,8 @@ TEST_F(TlsTest, CertificatesOutOfTheirTimeAreRefused) {
        {pki::Validity{now - 48h, now - 24h}, pki::Validity{now + 24h, now + 48h}}) {
     const auto issued = pki::IssueClient(authority, "late", "viewer", validity);
     ASSERT_TRUE(issued);
-    for (const auto& [file, text] : {std::pair("late.pem", issued->certificate),
-                                     std::pair("late.key", issued->key)}) {
+    for (const auto& [file, text] :
+         {std::pair("late.pem", issued->certificate), std::pair("late.key", issued->key)}) {
       pki::testing::WriteText(folder_.In(file), text);
       std::filesystem::permissions(folder_.In(file), std::filesystem::perms::owner_all);
     }
@@ -206,13 +206,14 @@ TEST_F(TlsTest, AServerMustHaveTheNameThatWasCalledAndItsAuthority) {
 void PassOn(asio::io_context& io, asio::local::stream_protocol::socket& from,
             asio::local::stream_protocol::socket& to, std::size_t piece) {
   const auto bytes = std::make_shared<Bytes>(piece);
-  from.async_read_some(asio::buffer(*bytes), [&io, &from, &to, bytes, piece](
-                                                 const asio::error_code& failed, std::size_t count) {
-    if (failed) return;
-    asio::error_code ignored;
-    asio::write(to, asio::buffer(*bytes, count), ignored);
-    PassOn(io, from, to, piece);
-  });
+  from.async_read_some(
+      asio::buffer(*bytes),
+      [&io, &from, &to, bytes, piece](const asio::error_code& failed, std::size_t count) {
+        if (failed) return;
+        asio::error_code ignored;
+        asio::write(to, asio::buffer(*bytes, count), ignored);
+        PassOn(io, from, to, piece);
+      });
 }
 
 TEST_F(TlsTest, AHandshakeMayArriveInPiecesOfAnySize) {
@@ -254,8 +255,8 @@ TEST_F(TlsTest, ADamagedByteEndsTheConnection) {
   ASSERT_TRUE(*server_ && *client_);
   // The record is written past the channel of the client.
   const int socket = (**client_)->Release();
-  const Bytes record = {0x17, 3, 3, 0, 20, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15,
-                        16,   17, 18, 19, 20};
+  const Bytes record = {0x17, 3,  3,  0,  20, 1,  2,  3,  4,  5,  6,  7, 8,
+                        9,    10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20};
   ASSERT_EQ(::write(socket, record.data(), record.size()), static_cast<ssize_t>(record.size()));
   Bytes space(100);
   EXPECT_EQ((**server_)->Read(space).error, std::errc::protocol_error);
@@ -267,10 +268,9 @@ TEST_F(TlsTest, AClientThatSpeaksNoTlsIsRefused) {
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair), 0);
   const Bytes request = {0, 1, 0, 0, 0, 6, 1, 3, 0, 0, 0, 1};
   ASSERT_EQ(::write(pair[1], request.data(), request.size()), 12);
-  const auto ticket = handshakes_.Begin(pair[0], Made(End::server, Files("gateway")),
-                                        "10.0.0.7:4000", io_, [this](ChannelResult result) {
-                                          server_ = std::move(result);
-                                        });
+  const auto ticket =
+      handshakes_.Begin(pair[0], Made(End::server, Files("gateway")), "10.0.0.7:4000", io_,
+                        [this](ChannelResult result) { server_ = std::move(result); });
   const auto guard = asio::make_work_guard(io_);
   while (!server_) io_.run_one();
   EXPECT_EQ(WhyRefused(), "it does not speak TLS");
@@ -396,8 +396,7 @@ TEST_F(TlsTest, TheEndOfTheFirstCertificateCounts) {
   ASSERT_TRUE(texts);
   EXPECT_EQ(texts->ends_first, folder_.In("gateway.pem"));
   EXPECT_EQ(EndsSoon(*texts, texts->until - 31 * 24h), "");
-  EXPECT_THAT(EndsSoon(*texts, texts->until - 29 * 24h),
-              HasSubstr("gateway.pem ends on"));
+  EXPECT_THAT(EndsSoon(*texts, texts->until - 29 * 24h), HasSubstr("gateway.pem ends on"));
   EXPECT_THAT(EndsSoon(*texts, texts->until), HasSubstr("has ended on"));
 }
 

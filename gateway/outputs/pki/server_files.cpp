@@ -56,7 +56,8 @@ Result<std::vector<std::string>> WriteServerFiles(const std::string& folder,
   fs::create_directories(root, error);
   if (error) return Error{folder + ": " + error.message()};
   std::vector<std::string> written;
-  const auto write = [&](const std::string& name, const std::string& text, fs::perms mode) -> Status {
+  const auto write = [&](const std::string& name, const std::string& text,
+                         fs::perms mode) -> Status {
     const fs::path file = root / name;
     if (const int failed = WriteWhole(file, text); failed != 0) {
       return Error{file.string() + ": " + SystemTrouble(failed)};

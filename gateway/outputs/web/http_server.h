@@ -15,9 +15,9 @@
 
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "transports/tls_files.h"
 #include "gateway/outputs/web/request.h"
 #include "transports/listen_socket.h"
+#include "transports/tls_files.h"
 
 namespace baudgate::web {
 

@@ -136,9 +136,9 @@ void AddCheck(CLI::App& app, Action& action) {
 void AddServerCerts(CLI::App& certs, Action& action) {
   using Use = ServerCertsOptions::Use;
   const auto add = [&](const char* name, const char* what, Use use, const char* example) {
-    auto* command = certs.add_subcommand(
-        name, std::string("Make an authority and certificates for TLS of ") + what +
-                  ", or renew the certificates");
+    auto* command =
+        certs.add_subcommand(name, std::string("Make an authority and certificates for TLS of ") +
+                                       what + ", or renew the certificates");
     SetExample(*command, example);
     auto options = std::make_shared<ServerCertsOptions>();
     options->use = use;
@@ -152,8 +152,7 @@ void AddServerCerts(CLI::App& certs, Action& action) {
       action = [options](const auto&) { return RunServerCerts(*options, std::cout, std::cerr); };
     });
   };
-  add("web", "the page", Use::web,
-      "baudgate certs web /etc/baudgate/web --name gate.example.com");
+  add("web", "the page", Use::web, "baudgate certs web /etc/baudgate/web --name gate.example.com");
   add("modbus", "Modbus clients, with the roles viewer and operator", Use::modbus,
       "baudgate certs modbus /etc/baudgate/modbus --name gate.example.com");
   add("ports", "served and lent ports", Use::ports,

@@ -179,8 +179,8 @@ constexpr Duration kLongestAsciiGap = 1s;
 }  // namespace
 
 ClientSession::ClientSession(Accepted accepted, ClientPoll& clients,
-                             const config::Listener& listener, ServerShared& shared,
-                             const Now& now, Owner& owner)
+                             const config::Listener& listener, ServerShared& shared, const Now& now,
+                             Owner& owner)
     : socket_(accepted.socket, std::move(accepted.channel), clients, *this, now.instant),
       listener_(listener),
       shared_(shared),

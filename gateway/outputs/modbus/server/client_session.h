@@ -88,7 +88,7 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
 
 /// The connection of a client that was accepted.
 struct Accepted {
-  int socket = -1;  ///< connected and non-blocking; belongs to the session
+  int socket = -1;                          ///< connected and non-blocking; belongs to the session
   std::unique_ptr<tls::Channel> channel{};  ///< null: the connection is not encrypted
   std::string peer{};  ///< address of the client, and what its certificate names
   config::Priority priority = config::Priority::normal;

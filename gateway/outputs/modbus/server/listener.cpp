@@ -221,7 +221,9 @@ void Listener::Start() {
 
 std::string Listener::Summary() const {
   return std::string(Title(listener_.framing)) +
-         (listener_.speaks_serial() ? " over TCP" : tls_ ? " with TLS" : "") +
+         (listener_.speaks_serial() ? " over TCP"
+          : tls_                    ? " with TLS"
+                                    : "") +
          " on " + listener_.host + ":" + std::to_string(port_);
 }
 
@@ -299,7 +301,8 @@ void Listener::BeginTls(int owned, const std::string& peer, const PeerAddress& a
   newcomer.peer = peer;
   newcomer.address = address;
   newcomer.ticket = tls::Handshakes::OfProcess().Begin(
-      owned, std::move(*context), peer, static_cast<asio::io_context&>(acceptor_.get_executor().context()),
+      owned, std::move(*context), peer,
+      static_cast<asio::io_context&>(acceptor_.get_executor().context()),
       [this, number](Result<std::unique_ptr<tls::Channel>> result) {
         EndTls(number, std::move(result));
       });
@@ -321,16 +324,15 @@ void Listener::EndTls(std::uint64_t number, Result<std::unique_ptr<tls::Channel>
   const tls::Identity identity = (*result)->peer();
   const auto role = std::ranges::find(listener_.roles, identity.role, &config::RoleRights::role);
   const bool has_rights = !identity.role.empty() && role != listener_.roles.end();
-  const std::string none = identity.role.empty() ? "the certificate contains no role"
-                                                 : "the role '" + identity.role +
-                                                       "' has no rights at this listener";
+  const std::string none = identity.role.empty()
+                               ? "the certificate contains no role"
+                               : "the role '" + identity.role + "' has no rights at this listener";
   const std::string why = !identity.trouble.empty() ? identity.trouble : has_rights ? "" : none;
   shared_.Note({"login", identity.Name(), HostOf(peer), what,
                 why.empty() ? "ok, role " + identity.role : why},
                now);
   if (!why.empty()) WarnOfClient(peer, "may send no request", why + "; see roles in modbus.listen");
-  Accepted accepted{.peer = peer + " " + identity.Name(),
-                    .rights = has_rights ? &*role : nullptr};
+  Accepted accepted{.peer = peer + " " + identity.Name(), .rights = has_rights ? &*role : nullptr};
   accepted.socket = (*result)->Release();
   accepted.channel = std::move(*result);
   Admit(std::move(accepted), address);

@@ -342,9 +342,9 @@ bool Permits(const config::RoleRights& rights, View frame);
 
 class ClientRequests {
  public:
-  /// `listener`, `shared`, `wire` and `rights` must remain valid until Close. `rights`: those of the
-  /// client's role at a listener with TLS; null: the client has no role, so nothing is permitted.
-  /// Other listeners do not use `rights`.
+  /// `listener`, `shared`, `wire` and `rights` must remain valid until Close. `rights`: those of
+  /// the client's role at a listener with TLS; null: the client has no role, so nothing is
+  /// permitted. Other listeners do not use `rights`.
   ClientRequests(const config::Listener& listener, ServerShared& shared, ClientWire& wire,
                  const std::string& peer, config::Priority priority,
                  const config::RoleRights* rights, const Now& now);

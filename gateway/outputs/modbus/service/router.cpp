@@ -95,7 +95,8 @@ std::string RouteTargets::NameOf(const bus::RouteTarget* target) const {
 void RouteTargets::CameLate(const ServerKey& server, std::uint8_t slave) {
   for (const std::size_t number : routes_.numbers()) {
     const config::Route& other = routes_.at(number);
-    const bool same_server = other.line.empty() && ServerKey(other.host, other.port, other.tls) == server;
+    const bool same_server =
+        other.line.empty() && ServerKey(other.host, other.port, other.tls) == server;
     if (same_server && slave >= other.SlaveOf(other.first) && slave <= other.SlaveOf(other.last)) {
       book_->CameLate(number);
     }

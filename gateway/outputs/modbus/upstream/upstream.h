@@ -31,8 +31,7 @@ class Upstream final : public bus::RouteTarget {
   /// request's deadline and was dropped. `io` must outlive this object.
   Upstream(
       asio::io_context& io, std::string host, std::uint16_t port, const config::TlsFiles& tls,
-      OnLate on_late,
-      Clock clock = [] { return ReadClocks().instant; });
+      OnLate on_late, Clock clock = [] { return ReadClocks().instant; });
   ~Upstream() override;
   Upstream(const Upstream&) = delete;
   Upstream& operator=(const Upstream&) = delete;

@@ -159,12 +159,15 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
 
   /// The owner must remain valid until Close.
   UpstreamConnection(asio::io_context& io, Owner& owner)
-      : io_(io), stream_(asio::ip::tcp::socket(io)), owner_(&owner), input_([this](View head, std::size_t told) {
+      : io_(io),
+        stream_(asio::ip::tcp::socket(io)),
+        owner_(&owner),
+        input_([this](View head, std::size_t told) {
           return owner_ == nullptr ? told : owner_->LengthOf(head, told);
         }) {}
 
-  /// Looks up the name and connects; with `tls`, the server must have a certificate for `host`. Must
-  /// be called only once. There is no timeout; Close ends the attempt.
+  /// Looks up the name and connects; with `tls`, the server must have a certificate for `host`.
+  /// Must be called only once. There is no timeout; Close ends the attempt.
   void Open(const std::string& host, std::uint16_t port,
             std::shared_ptr<const tls::Context> tls = {});
   /// Calls Owner::OnBroken after the current handler, in place of Open.

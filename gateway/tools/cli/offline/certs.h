@@ -44,7 +44,8 @@ struct ServerCertsOptions {
   std::vector<std::string> names;
 };
 
-/// `baudgate certs web`, `certs modbus` and `certs ports`. Exit codes: 0 done; 4 a file cannot be read or written.
+/// `baudgate certs web`, `certs modbus` and `certs ports`. Exit codes: 0 done; 4 a file cannot be
+/// read or written.
 int RunServerCerts(const ServerCertsOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

@@ -10,13 +10,13 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "transports/tls_files.h"
 #include "gateway/outputs/users/user_file.h"
 #include "gateway/outputs/web/access.h"
 #include "gateway/outputs/web/metrics.h"
 #include "gateway/records/disk/state_folder.h"
 #include "gateway/records/history/folder_files.h"
 #include "gateway/tools/terminal/tables.h"
+#include "transports/tls_files.h"
 
 namespace baudgate::tools {
 namespace {

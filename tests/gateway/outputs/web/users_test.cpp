@@ -10,9 +10,9 @@
 
 #include "gateway/outputs/control/request_handler.h"
 #include "gateway/outputs/pki/server_files.h"
-#include "transports/tls_files.h"
 #include "gateway/records/audit/security_journal.h"
 #include "tests/gateway/outputs/web/fixture.h"
+#include "transports/tls_files.h"
 
 namespace baudgate::web {
 namespace {

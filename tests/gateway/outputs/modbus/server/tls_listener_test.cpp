@@ -37,8 +37,8 @@ TEST(RoleRights, ReadAndWriteAreRightsOfAllUnits) {
 }
 
 TEST(RoleRights, ARuleNamesUnitsFunctionsAndAddresses) {
-  const RoleRights rights{
-      .role = "pump", .rules = {{{{7, 9}}, {3, 6, 15, 16, 22, 23}, {{100, 119}, {200, 200}}}}};
+  const RoleRights rights{.role = "pump",
+                          .rules = {{{{7, 9}}, {3, 6, 15, 16, 22, 23}, {{100, 119}, {200, 200}}}}};
   EXPECT_TRUE(Allowed(rights, 7, "03 00 64 00 14")) << "100-119";
   EXPECT_TRUE(Allowed(rights, 9, "06 00 C8 00 01"));
   EXPECT_FALSE(Allowed(rights, 6, "03 00 64 00 14"));
@@ -68,8 +68,7 @@ TEST(RoleRights, ARequestWithoutWholeAddressesFitsNoRuleWithAddresses) {
 class TlsClient {
  public:
   /// `version`: the only version that the client offers; 0: all versions.
-  TlsClient(std::uint16_t port, const std::string& folder, const std::string& name,
-            int version = 0)
+  TlsClient(std::uint16_t port, const std::string& folder, const std::string& name, int version = 0)
       : raw_(port), context_(SSL_CTX_new(TLS_client_method())) {
     if (version != 0) {
       SSL_CTX_set_security_level(context_, 0);
@@ -259,7 +258,8 @@ TEST_F(TlsListenerTest, RenewedCertificatesLeaveSessionsConnected) {
 TEST_F(TlsListenerTest, OldVersionsAndResumptionAreRefused) {
   StartServer();
   for (const int version : {TLS1_VERSION, TLS1_1_VERSION}) {
-    EXPECT_FALSE(TlsClient(server_->port(), folder_.path().string(), "viewer", version).connected());
+    EXPECT_FALSE(
+        TlsClient(server_->port(), folder_.path().string(), "viewer", version).connected());
   }
   TlsClient older(server_->port(), folder_.path().string(), "viewer", TLS1_2_VERSION);
   EXPECT_EQ(older.Ask(1, "03 00 00 00 01"), "03 02 FF FE");

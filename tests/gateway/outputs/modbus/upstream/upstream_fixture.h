@@ -142,7 +142,10 @@ class UpstreamTest : public testing::Test {
   std::deque<Asked> asked_;
   std::vector<std::uint8_t> late_;
   Duration ahead_{};
-  Upstream upstream_{io_, "127.0.0.1", server_.port(), {},
+  Upstream upstream_{io_,
+                     "127.0.0.1",
+                     server_.port(),
+                     {},
                      [this](std::uint8_t unit) { late_.push_back(unit); },
                      [this] { return Clock(); }};
 };
