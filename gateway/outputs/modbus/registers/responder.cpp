@@ -25,22 +25,12 @@ Responder::Responder() : library_(std::make_unique<Library>()) {
     ready_ = Error{"there is not enough memory for libmodbus"};
     return;
   }
-  // A packet socket preserves message boundaries, so one read returns one whole reply.
-  const int kind = SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC;
-  if (::socketpair(AF_UNIX, kind, 0, pair_.data()) != 0) {
-    ready_ = Error{"no sockets can be opened for Modbus replies; raise LimitNOFILE of the service"};
-    return;
-  }
   // modbus_reply sleeps for the response timeout before it sends an exception of its own, so the
   // timeout is the shortest possible: 1 us.
   modbus_set_response_timeout(library_->context, 0, 1);
 }
 
-Responder::~Responder() {
-  for (const int end : pair_) {
-    if (end >= 0) ::close(end);
-  }
-}
+Responder::~Responder() = default;
 
 int Responder::Reply(const ModbusRequest& request, int socket) {
   modbus_mapping_t& mapping = library_->mapping;
@@ -67,13 +57,29 @@ Responder::Sent Responder::Send(const ModbusRequest& request, int socket) {
   return errno == EMBBADDATA ? Sent::cut : Sent::failed;
 }
 
-bool Responder::Append(const ModbusRequest& request, Bytes& out) {
-  if (Reply(request, pair_[0]) < 0) return false;
-  std::array<std::uint8_t, kMaxAdu> answer;
-  const ssize_t size = ::recv(pair_[1], answer.data(), answer.size(), 0);
-  if (size <= 0) return false;
-  baudgate::Append(out, View(answer).first(static_cast<std::size_t>(size)));
-  return true;
+void Responder::Append(const ModbusRequest& request, Bytes& out) const {
+  const std::size_t count = request.count;
+  const bool is_bits = request.table() == config::Table::bits;
+  const std::size_t size = is_bits ? (count + 7) / 8 : 2 * count;
+  constexpr std::size_t kAfterLength = 3;  // unit, function and the number of bytes
+  const auto append_u16 = [&out](std::size_t number) {
+    out.push_back(static_cast<std::uint8_t>(number >> 8U));
+    out.push_back(static_cast<std::uint8_t>(number));
+  };
+  baudgate::Append(out, request.frame.first(4));
+  append_u16(kAfterLength + size);
+  out.insert(out.end(), {request.unit, request.function, static_cast<std::uint8_t>(size)});
+  if (!is_bits) {
+    for (std::size_t i = 0; i < count; ++i) append_u16(registers_[i]);
+    return;
+  }
+  for (std::size_t first = 0; first < count; first += 8) {
+    std::uint8_t byte = 0;
+    for (std::size_t bit = 0; bit < 8 && first + bit < count; ++bit) {
+      if (bits_[first + bit] != 0) byte |= static_cast<std::uint8_t>(1U << bit);
+    }
+    out.push_back(byte);
+  }
 }
 
 }  // namespace baudgate::modbus

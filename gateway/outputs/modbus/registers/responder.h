@@ -1,7 +1,8 @@
-// `Responder` encodes replies with libmodbus. Its buffers contain the requested registers or bits,
-// which gateway/outputs/modbus/service/own_units.cpp fills before. A reply is sent directly to a
-// client's socket, or appended to the client's output buffer. Only checked requests may be passed,
-// because modbus_reply sleeps after a malformed request, or trusts its wrong length.
+// `Responder` encodes replies to reads. Its buffers contain the requested registers or bits, which
+// gateway/outputs/modbus/service/own_units.cpp fills before. libmodbus encodes a reply that is sent
+// directly to a client's socket. libmodbus can write to sockets only, so Append encodes a reply for
+// a client's output buffer (TLS, RTU, ASCII, replies that wait) itself. Only checked requests may
+// be passed, because modbus_reply sleeps after a malformed request, or trusts its wrong length.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,8 +31,7 @@ class Responder {
   Responder(const Responder&) = delete;
   Responder& operator=(const Responder&) = delete;
 
-  /// An error: libmodbus or the socket pair could not be created. No other function may be called
-  /// then.
+  /// An error: libmodbus could not be created. No other function may be called then.
   const Status& ready() const { return ready_; }
 
   /// The caller writes the contents of the next reply here: request.count registers or bits (one
@@ -41,8 +41,8 @@ class Responder {
 
   /// Sends the reply directly to `socket`, which must be connected and non-blocking.
   Sent Send(const ModbusRequest& request, int socket);
-  /// Appends the reply to `out`. False: the kernel has no memory for the reply.
-  bool Append(const ModbusRequest& request, Bytes& out);
+  /// Appends the reply to `out`, byte for byte as Send sends it.
+  void Append(const ModbusRequest& request, Bytes& out) const;
 
  private:
   struct Library;
@@ -52,7 +52,6 @@ class Responder {
   std::array<std::uint16_t, kMostRegisters> registers_{};
   std::array<std::uint8_t, kMostBits> bits_{};
   std::unique_ptr<Library> library_;
-  std::array<int, 2> pair_{-1, -1};
   Status ready_;
 };
 

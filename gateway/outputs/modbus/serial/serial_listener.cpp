@@ -106,7 +106,8 @@ void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
 
 void MasterSession::Answer(const ModbusRequest& request, Responder& responder, Instant now) {
   Bytes frame;
-  if (responder.Append(request, frame)) Answer(frame, now);
+  responder.Append(request, frame);
+  Answer(frame, now);
 }
 
 void MasterSession::Answer(View frame, Instant) {

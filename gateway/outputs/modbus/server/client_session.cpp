@@ -286,7 +286,7 @@ void ClientSession::Answer(const ModbusRequest& request, Responder& responder, I
   const auto self = Hold();
   if (!SendAtOnce(request, responder) && !closed_) {
     Bytes frame;
-    if (!responder.Append(request, frame)) return Close();
+    responder.Append(request, frame);
     framing_->Append(socket_.unsent(), frame);
   }
   Answered(now);

@@ -20,7 +20,7 @@ class KeptWire final : public ClientWire {
  public:
   void Answer(const ModbusRequest& request, Responder& responder, Instant) override {
     Bytes frame;
-    EXPECT_TRUE(responder.Append(request, frame));
+    responder.Append(request, frame);
     answers.push_back(ToHex(frame));
   }
   void Answer(View frame, Instant) override { answers.push_back(ToHex(frame)); }
