@@ -10,9 +10,9 @@
 #include <sstream>
 
 #include "gateway/outputs/pki/demo_pki.h"
-#include "gateway/outputs/pki/openssl.h"
 #include "gateway/tools/cli/offline/certs.h"
 #include "tests/gateway/outputs/pki/pki_folder.h"
+#include "transports/openssl.h"
 
 namespace baudgate::pki {
 namespace {
@@ -96,13 +96,13 @@ TEST_F(SecurityCheck, ReportsAWorldReadableKey) {
 }
 
 TEST_F(SecurityCheck, ReportsAKeyWithAPassword) {
-  const PrivateKey key = ParseKey(ReadText(files_.key), {});
+  const tls::PrivateKey key = tls::ParseKey(ReadText(files_.key), {});
   ASSERT_NE(key, nullptr);
-  const Bio to(BIO_new(BIO_s_mem()));
+  const tls::Bio to(BIO_new(BIO_s_mem()));
   ASSERT_EQ(PEM_write_bio_PKCS8PrivateKey(to.get(), key.get(), EVP_aes_256_cbc(), "plinth-42", 9,
                                           nullptr, nullptr),
             1);
-  WriteText(files_.key, Written(to));
+  WriteText(files_.key, tls::Written(to));
   EXPECT_THAT(Found(), ElementsAre("key: g/key.pem is encrypted, and password_file does not "
                                    "contain the right password"));
   files_.password_file = folder_.In("password");

@@ -258,9 +258,12 @@ TEST_F(WebUsersTest, FilesOfTlsAreCheckedBeforeTheyAreUsed) {
   fs::copy_file(folder_ / "b/ca.key", a / "ca.key");
   EXPECT_THAT(made({"localhost"}), HasSubstr("does not belong to"));
   const WallTime now = ReadClocks().wall;
-  EXPECT_EQ(tls::EndsSoon("f", now + 31 * 24h, now), "");
-  EXPECT_THAT(tls::EndsSoon("f", now + 29 * 24h, now), HasSubstr("the certificate f ends on"));
-  EXPECT_THAT(tls::EndsSoon("f", now, now), HasSubstr("has ended"));
+  const auto soon = [now](Duration left) {
+    return tls::EndsSoon({.until = now + left, .ends_first = "f"}, now);
+  };
+  EXPECT_EQ(soon(31 * 24h), "");
+  EXPECT_THAT(soon(29 * 24h), HasSubstr("the certificate f ends on"));
+  EXPECT_THAT(soon({}), HasSubstr("has ended"));
 }
 
 }  // namespace
