@@ -271,7 +271,7 @@ Logins::Verdict Logins::NoteFailure(const std::string& client, Instant now) {
 
 Logins::Who Logins::ByToken(const std::string& client, std::string_view token, const Now& now,
                             users::UserDirectory::Login* login) {
-  if (const auto known = users_.ByToken(token, now.wall)) {
+  if (const auto known = users_.ByToken(token, now)) {
     if (login != nullptr) *login = known->login;
     return {Verdict::yes, known->user.name, known->user.role};
   }
@@ -293,7 +293,7 @@ Logins::Who Logins::Check(const Request& request, const Now& now, bool counts) {
     login = found->second.login;
   }
   std::optional<Role> role;
-  const bool holds = login.user.empty() || (role = users_.RoleOf(login, now.wall)).has_value();
+  const bool holds = login.user.empty() || (role = users_.RoleOf(login, now)).has_value();
   const MutexLock lock(mutex_);
   const auto found = sessions_.find(*number);
   if (found == sessions_.end()) return {};
@@ -343,7 +343,7 @@ Logins::Opened Logins::OpenOf(const Request& request, const std::string& user,
     const MutexLock lock(mutex_);
     if (MustWait(request.client(), now.instant)) return {Verdict::wait, {}};
   }
-  const auto known = users_.ByPassword(user, password);
+  const auto known = users_.ByPassword(user, password, now.instant);
   const MutexLock lock(mutex_);
   if (!known) return {NoteFailure(request.client(), now.instant), {}};
   return Begin(request, known->login, secure, now);
@@ -370,7 +370,7 @@ std::vector<Logins::Shown> Logins::Sessions(const Now& now) {
   }
   std::vector<Shown> shown;
   for (const auto& [number, session] : all) {
-    const auto role = users_.RoleOf(session.login, now.wall);
+    const auto role = users_.RoleOf(session.login, now);
     const bool holds = session.login.user.empty() || role;
     if (session.IsOver(now.instant) || !holds) continue;
     shown.push_back({IdOf(number), session.login.user, role, session.from, session.since.wall,
