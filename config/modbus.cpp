@@ -48,9 +48,9 @@ void ReadTargetLine(const YamlNode& node, const std::vector<Line>& lines, Route&
         node.mark(),
         "line: '" + *name +
             "' is a Modbus TCP server, which a route reaches without a line; write server: \"" +
-            (!line->is_network()         ? "host:502"
-                 : IsTlsAddress(line->port) ? line->port
-                                            : line->port.substr(kTcpScheme.size())) +
+            (!line->is_network()        ? "host:502"
+             : IsTlsAddress(line->port) ? line->port
+                                        : line->port.substr(kTcpScheme.size())) +
             "\" in place of line");
     return;
   }
@@ -168,18 +168,6 @@ std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, st
 /// The value of `allow` that admits every machine on purpose, so `check` does not warn of it.
 constexpr std::string_view kEverybody = "everybody";
 
-/// Reads a list with at least one network.
-std::vector<Network> ReadAllow(const YamlNode& node, const std::string& key, Problems& problems) {
-  std::vector<Network> networks;
-  for (const YamlNode& range :
-       ReadSome(node, key, kMostNetworks,
-                "an empty list admits no client; remove the key to allow all clients", problems)) {
-    const auto network = ReadParsed(range, key, problems, ParseNetwork);
-    if (network) networks.push_back(*network);
-  }
-  return networks;
-}
-
 void ReadPermit(MapReader& map, Listener& listener) {
   const auto write = map.OneOf("write", kWrite);
   const auto permit = map.OneOf("permit", kWords<Permit>);
@@ -262,9 +250,9 @@ std::vector<RoleRule::Range> ReadRanges(MapReader& map, const std::string& key,
   std::vector<RoleRule::Range> ranges;
   const auto list = map.Get(key);
   if (!list) return ranges;
-  for (const YamlNode& one : ReadSome(*list, key, kMostRules,
-                                      "the list is empty; remove the key to permit all",
-                                      map.problems())) {
+  for (const YamlNode& one :
+       ReadSome(*list, key, kMostRules, "the list is empty; remove the key to permit all",
+                map.problems())) {
     const auto range = ReadParsed(one, key, map.problems(), [most](const std::string& text) {
       return ParseRange(text, most);
     });
@@ -273,8 +261,7 @@ std::vector<RoleRule::Range> ReadRanges(MapReader& map, const std::string& key,
   return ranges;
 }
 
-std::vector<RoleRule> ReadRules(const YamlNode& list, const std::string& role,
-                                Problems& problems) {
+std::vector<RoleRule> ReadRules(const YamlNode& list, const std::string& role, Problems& problems) {
   std::vector<RoleRule> rules;
   for (const YamlNode& one : ReadList(list, role, kMostRules, problems)) {
     MapReader map(one, "an entry of role " + Quoted(role), problems);
@@ -282,13 +269,15 @@ std::vector<RoleRule> ReadRules(const YamlNode& list, const std::string& role,
     RoleRule rule;
     rule.units = ReadRanges(map, "units", 255);
     Codes known;
-    if (const auto codes = map.Get("functions")) rule.functions = ReadCodes(*codes, known, problems);
+    if (const auto codes = map.Get("functions"))
+      rule.functions = ReadCodes(*codes, known, problems);
     rule.addresses = ReadRanges(map, "addresses", 65535);
     map.Finish();
     rules.push_back(std::move(rule));
   }
   if (rules.empty()) {
-    problems.Error(list.mark(), role + ": the list permits nothing; remove the role, or write read");
+    problems.Error(list.mark(),
+                   role + ": the list permits nothing; remove the role, or write read");
   }
   return rules;
 }
@@ -413,6 +402,17 @@ void ReadKeys(MapReader& map, Listener& listener, LoadContext& context) {
 }
 
 }  // namespace
+
+std::vector<Network> ReadAllow(const YamlNode& node, const std::string& key, Problems& problems) {
+  std::vector<Network> networks;
+  for (const YamlNode& range :
+       ReadSome(node, key, kMostNetworks,
+                "an empty list admits no client; remove the key to allow all clients", problems)) {
+    const auto network = ReadParsed(range, key, problems, ParseNetwork);
+    if (network) networks.push_back(*network);
+  }
+  return networks;
+}
 
 std::vector<Network> ReadNetworks(const YamlNode& node, const std::string& key,
                                   Problems& problems) {

@@ -15,10 +15,10 @@
 namespace baudgate::testing {
 namespace {
 
-using ::testing::HasSubstr;
 using config::Listener;
 using config::Permit;
 using config::Priority;
+using ::testing::HasSubstr;
 
 constexpr const char* kDrive =
     "lines:\n"
@@ -379,7 +379,7 @@ TEST(WebConfig, IsReadWithAllItsKeys) {
   EXPECT_EQ(web.token_file, "/etc/web.token");
   EXPECT_TRUE(web.acknowledge);
   EXPECT_FALSE(web.on_loopback());
-  EXPECT_TRUE(LoadWeb("{ listen: localhost:1, allow: [], hosts: [] }").config.web.on_loopback());
+  EXPECT_TRUE(LoadWeb("{ listen: localhost:1, proxies: [], hosts: [] }").config.web.on_loopback());
 }
 
 using config::PortServer;
@@ -430,10 +430,10 @@ TEST(SecureListeners, TheRolesOfUsersHaveRightsByDefault) {
 }
 
 TEST(SecureListeners, RolesAreWordsOrListsOfRules) {
-  const Listener listener = ListenerOf(
-      std::string(kSecure) +
-      ", roles: { viewer: read, boss: write, pump: [{ units: [7, 9-12], functions: 3 }, "
-      "{ addresses: 100-119 }] }");
+  const Listener listener =
+      ListenerOf(std::string(kSecure) +
+                 ", roles: { viewer: read, boss: write, pump: [{ units: [7, 9-12], functions: 3 }, "
+                 "{ addresses: 100-119 }] }");
   EXPECT_EQ(listener.roles,
             (std::vector<config::RoleRights>{
                 {"viewer", Permit::read, {}},
