@@ -168,18 +168,6 @@ std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, st
 /// The value of `allow` that admits every machine on purpose, so `check` does not warn of it.
 constexpr std::string_view kEverybody = "everybody";
 
-/// Reads a list with at least one network.
-std::vector<Network> ReadAllow(const YamlNode& node, const std::string& key, Problems& problems) {
-  std::vector<Network> networks;
-  for (const YamlNode& range :
-       ReadSome(node, key, kMostNetworks,
-                "an empty list admits no client; remove the key to allow all clients", problems)) {
-    const auto network = ReadParsed(range, key, problems, ParseNetwork);
-    if (network) networks.push_back(*network);
-  }
-  return networks;
-}
-
 void ReadPermit(MapReader& map, Listener& listener) {
   const auto write = map.OneOf("write", kWrite);
   const auto permit = map.OneOf("permit", kWords<Permit>);
@@ -414,6 +402,17 @@ void ReadKeys(MapReader& map, Listener& listener, LoadContext& context) {
 }
 
 }  // namespace
+
+std::vector<Network> ReadAllow(const YamlNode& node, const std::string& key, Problems& problems) {
+  std::vector<Network> networks;
+  for (const YamlNode& range :
+       ReadSome(node, key, kMostNetworks,
+                "an empty list admits no client; remove the key to allow all clients", problems)) {
+    const auto network = ReadParsed(range, key, problems, ParseNetwork);
+    if (network) networks.push_back(*network);
+  }
+  return networks;
+}
 
 std::vector<Network> ReadNetworks(const YamlNode& node, const std::string& key,
                                   Problems& problems) {

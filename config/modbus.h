@@ -21,8 +21,9 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
 
 /// Reads a listener, which is an address ("0.0.0.0:502", "/dev/ttyS1") or a map.
 Listener ReadListener(const YamlNode& node, LoadContext& context);
-/// Reads the networks and addresses that are allowed to connect. `[]` allows everybody, like an
-/// absent key.
+/// Reads a list with at least one network or address, as the key `allow` has it.
+std::vector<Network> ReadAllow(const YamlNode& node, const std::string& key, Problems& problems);
+/// Like ReadAllow, but `[]` is like an absent key.
 std::vector<Network> ReadNetworks(const YamlNode& node, const std::string& key, Problems& problems);
 /// Reads an address of this machine: "127.0.0.1:4001", "localhost:4001".
 std::optional<HostPort> ReadOwnAddress(const YamlNode& node, const std::string& key,

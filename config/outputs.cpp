@@ -211,9 +211,16 @@ Web ReadWeb(const YamlNode& node, bool has_users, Problems& problems) {
   if (const auto listen = map.Get("listen")) {
     Assign(web.listen, ReadOwnAddress(*listen, "listen", "127.0.0.1:8502", problems));
   }
-  if (const auto allow = map.Get("allow")) web.allow = ReadNetworks(*allow, "allow", problems);
-  if (const auto proxies = map.Get("proxies"))
+  if (const auto allow = map.Get("allow")) web.allow = ReadAllow(*allow, "allow", problems);
+  if (const auto proxies = map.Get("proxies")) {
     web.proxies = ReadNetworks(*proxies, "proxies", problems);
+    for (const Network& network : web.proxies) {
+      if (!network.text.ends_with("/0")) continue;
+      problems.Warning(proxies->mark(), "proxies: " + network.text +
+                                            " trusts every machine, so every client could claim "
+                                            "any address; list only the addresses of proxies");
+    }
+  }
   if (const auto hosts = map.Get("hosts")) ReadHosts(*hosts, web, problems);
   const auto token = map.Get("token");
   if (token) ReadTokenFile(*token, web, problems);

@@ -140,6 +140,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
       missing.push_back(std::move(trouble));
     }
   }
+  certificates.Apply(*running);
   if (renews) records.RenewHistory(running, store);
   SetHistory(records.history());
   lines.Start();

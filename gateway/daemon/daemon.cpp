@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "gateway/base/log.h"
@@ -41,6 +43,7 @@ Status Daemon::Start() {
   records::EventPath* const events = impl_->records.events();
   if (events != nullptr) events->Started();
   impl_->MakeClocks();
+  impl_->certificates.Apply(impl_->config);
   impl_->ticker->Start();
   impl_->lines.Start();
   impl_->host_clock = std::make_unique<HostClock>([impl = impl_.get()](bool right) {
@@ -157,7 +160,8 @@ void Daemon::Impl::MakeLines() {
     store.Age(now);
     const Now both{now, ReadClocks().wall};
     clocks->Tick(both);
-    records.Look(both);
+    certificates.Tick(both);
+    records.Look(both, certificates.Alarm(both.wall));
   });
   for (std::uint32_t line = 0; line < config.lines.size(); ++line) {
     AddLine(store.LineAt(line), nullptr);
@@ -258,8 +262,11 @@ status::GatewayInfo Daemon::Impl::GatewayForStatus() {
   if (reloader) info.reload = [this] { return reloader->state(); };
   info.files = [this] {
     const OpenFiles::Count count = open_files.Now();
-    return status::FilesState{count.open, count.limit, troubles.all()};
+    std::vector<std::string> all = troubles.all();
+    std::ranges::move(certificates.Sentences(ReadClocks().wall), std::back_inserter(all));
+    return status::FilesState{count.open, count.limit, std::move(all)};
   };
+  info.certificates = [this] { return certificates.ends(); };
   info.journal = &journal;
   info.stuck_since = [this](std::uint32_t line) { return lines.stuck_since(line); };
   return info;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/daemon/certificates.h"
 #include "gateway/daemon/clocks/clock_corrector.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/daemon/descriptors.h"
@@ -85,6 +86,7 @@ struct Daemon::Impl {
   audit::SecurityJournal journal;
   lines::Lines lines;
   lines::LineDispatcher dispatcher{store, catalog, lines};
+  Certificates certificates;
   std::unique_ptr<ClockCorrector> clocks;
   std::unique_ptr<Ticker> ticker;
   std::unique_ptr<HostClock> host_clock;

@@ -169,11 +169,18 @@ bool LineRunner::StopBefore(Instant deadline) {
   return true;
 }
 
-bool LineRunner::Submit(bus::WriteCommand command) {
-  const auto ticket = queued_.Take(command.client, command.abandoned);
+bool LineRunner::Reserve(bus::WriteCommand& command) {
+  if (command.place) return true;
+  const auto ticket = queued_->Take(command.client, command.abandoned);
   if (!ticket) return false;
-  command.observers.push_back(
-      [this, ticket = *ticket](const WriteResult&) { queued_.Give(ticket); });
+  // The command can live longer than this line, because it waits for its record.
+  command.place = std::shared_ptr<void>(
+      queued_.get(), [room = queued_, ticket = *ticket](void*) { room->Give(ticket); });
+  return true;
+}
+
+bool LineRunner::Submit(bus::WriteCommand command) {
+  if (!Reserve(command)) return false;
   Post([command = std::move(command)](LineParts& line, Now now) mutable {
     line.Submit(std::move(command), now);
   });

@@ -143,7 +143,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
     return since == WallTime{} ? std::nullopt : std::optional(since);
   }
 
-  // Submit returns false if too many requests are queued. Thread-safe.
+  // Reserve and Submit return false if too many requests are queued. Thread-safe.
+  bool Reserve(bus::WriteCommand& command);
   bool Submit(bus::WriteCommand command);
   bool Submit(bus::RoutedRequest request);
 
@@ -195,7 +196,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
   LineServers servers_;
   asio::steady_timer offer_end_;
   // Counts commands that were submitted and not answered yet.
-  bus::CommandRoom queued_{bus::Poller::kQueueLimit};
+  const std::shared_ptr<bus::CommandRoom> queued_ =
+      std::make_shared<bus::CommandRoom>(bus::Poller::kQueueLimit);
   // Counts routed requests that were submitted and not answered yet.
   FairPlaces routed_{bus::RouteQueue::kLimit};
   std::atomic<WallTime> stuck_since_ = WallTime{};

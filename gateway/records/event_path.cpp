@@ -118,6 +118,15 @@ void AlarmService::Forget(Now now) {
   }
 }
 
+void AlarmService::OnCertificates(const std::string& why, Now now) {
+  const MutexLock lock(mutex_);
+  if (why.empty()) {
+    TellAll(alarms_.End(events::Trouble::certificate_ends, {}, now));
+  } else {
+    alarms_.Begin(events::Trouble::certificate_ends, {}, why, now);
+  }
+}
+
 void AlarmService::Look(std::span<const DiskState> disks, Now now) {
   const MutexLock lock(mutex_);
   for (const DiskState& one : disks) {

@@ -110,6 +110,8 @@ class AlarmService {
     Disk disk = Disk::opening;
     std::string why{};
   };
+  /// `why`: why a certificate must be renewed soon; empty: none must.
+  void OnCertificates(const std::string& why, Now now);
   /// To be called periodically with the state of the disks. Raises alarms whose cause has lasted
   /// long enough.
   void Look(std::span<const DiskState> disks, Now now);
@@ -173,6 +175,7 @@ class EventPath final : public bus::EventSink {
     records_.OnDrained(device, asked);
   }
   void OnRouted(const RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
+  void OnCertificates(const std::string& why, Now now) { alarms_.OnCertificates(why, now); }
   void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }
   /// Returns the events on the disk, for outputs. An output may hold the feed longer than this

@@ -243,9 +243,11 @@ void Records::EndEvents() {
   ends.swap(events_);
 }
 
-void Records::Look(Now now) {
+void Records::Look(Now now, const std::optional<std::string>& certificates) {
   const MutexLock lock(mutex_);
-  if (events_) events_->Look(LookAtDisks(now), now);
+  if (!events_) return;
+  if (certificates) events_->OnCertificates(*certificates, now);
+  events_->Look(LookAtDisks(now), now);
 }
 
 std::vector<AlarmService::DiskState> Records::LookAtDisks(Now now) {

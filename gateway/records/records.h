@@ -125,8 +125,8 @@ class Records {
   const std::string& why_no_state() const { return why_no_state_; }
 
   /// To be called periodically, on any thread, until EndEvents: checks the disks and raises alarms
-  /// for lasting troubles.
-  void Look(Now now);
+  /// for lasting troubles. `certificates`: as in EventPath::OnCertificates; nothing: not known yet.
+  void Look(Now now, const std::optional<std::string>& certificates = std::nullopt);
 
   /// Ends the history. To be called before the lines end, so that the history does not record their
   /// devices as lost.

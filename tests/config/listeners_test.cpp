@@ -379,7 +379,7 @@ TEST(WebConfig, IsReadWithAllItsKeys) {
   EXPECT_EQ(web.token_file, "/etc/web.token");
   EXPECT_TRUE(web.acknowledge);
   EXPECT_FALSE(web.on_loopback());
-  EXPECT_TRUE(LoadWeb("{ listen: localhost:1, allow: [], hosts: [] }").config.web.on_loopback());
+  EXPECT_TRUE(LoadWeb("{ listen: localhost:1, proxies: [], hosts: [] }").config.web.on_loopback());
 }
 
 using config::PortServer;

@@ -160,8 +160,8 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
     count.first_point = points.empty() ? 0 : points.front();
     count.points = points.size();
     count.in_vain = answered ? 0 : count.in_vain + 1;
-    count.failures =
-        static_cast<std::uint8_t>(count.failures << 1U | (missed || !answered ? 1U : 0U));
+    count.failures = static_cast<std::uint8_t>(static_cast<unsigned>(count.failures) << 1U |
+                                               (missed || !answered ? 1U : 0U));
   });
 }
 

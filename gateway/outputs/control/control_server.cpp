@@ -65,7 +65,8 @@ std::optional<Role> RoleOfPeer(int socket, users::UserDirectory& users) {
   const auto peer = PeerOf(socket);
   if (!peer) return Role::viewer;
   if (peer->uid == 0 || peer->uid == ::geteuid()) return std::nullopt;
-  return users.OfSystemUser(NameOfUser(peer->uid), GroupsOf(socket, peer->gid));
+  return users.OfSystemUser(NameOfUser(peer->uid), GroupsOf(socket, peer->gid),
+                            ReadClocks().instant);
 }
 
 }  // namespace
@@ -282,7 +283,7 @@ ControlServer::ControlServer(const config::Config& config, const bus::PointStore
                              status::GatewayInfo info, asio::io_context& io, const Limits& limits)
     : config_(config),
       limits_(limits),
-      service_(config, store, control, sink, std::move(info)),
+      service_(config, store, control, sink, WithUsers(std::move(info))),
       acceptor_(io),
       retry_(io),
       look_(io) {
@@ -291,6 +292,17 @@ ControlServer::ControlServer(const config::Config& config, const bus::PointStore
 }
 
 ControlServer::~ControlServer() { Stop(); }
+
+/// Adds the trouble of the users file to the troubles of files that the status contains.
+status::GatewayInfo ControlServer::WithUsers(status::GatewayInfo info) {
+  info.files = [this, files = std::move(info.files)] {
+    status::FilesState state = files ? files() : status::FilesState();
+    std::string trouble = users_.Trouble(ReadClocks().instant);
+    if (!trouble.empty()) state.troubles.push_back(std::move(trouble));
+    return state;
+  };
+  return info;
+}
 
 Status ControlServer::Listen() {
   Status status = BindAnywhere();

@@ -172,6 +172,7 @@ class ControlServer {
   void MakeRoom();
   void HoldReserve();
   void Welcome(ControlSession::Socket socket);
+  status::GatewayInfo WithUsers(status::GatewayInfo info);
 
   const config::Config& config_;
   Limits limits_;

@@ -46,8 +46,14 @@ struct ReloadState {
 struct FilesState {
   std::size_t open = 0;
   std::size_t limit = 0;  ///< the most files that the process can have open; 0: no limit
-  /// Sentences about files that cannot be written.
+  /// Sentences about files that cannot be used or written, and about certificates that end soon.
   std::vector<std::string> troubles{};
+};
+
+/// The certificate of one use that ends first.
+struct CertificateEnd {
+  std::string use;  ///< "web", "listener 0.0.0.0:802", "line bay-1", "dds"
+  WallTime until{};
 };
 
 nlohmann::ordered_json FilesJson(const FilesState& state);
@@ -67,8 +73,10 @@ struct GatewayInfo {
   /// Returns since when the thread of a line hangs; nothing: it does not hang. If this function is
   /// empty, the threads are not monitored.
   std::function<std::optional<WallTime>(std::uint32_t line)> stuck_since{};
-  std::function<ReloadState()> reload{};      ///< empty: the gateway does not support reloads
-  std::function<FilesState()> files{};        ///< empty: the files are not known
+  std::function<ReloadState()> reload{};  ///< empty: the gateway does not support reloads
+  std::function<FilesState()> files{};    ///< empty: the files are not known
+  /// Returns the ends of the certificates; empty: they are not known.
+  std::function<std::vector<CertificateEnd>()> certificates{};
   audit::SecurityJournal* journal = nullptr;  ///< null: the acts of users are not recorded
 };
 

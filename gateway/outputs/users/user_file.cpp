@@ -204,16 +204,17 @@ bool UserDirectory::is_used() const {
   return !path_.empty();
 }
 
-void UserDirectory::Refresh() {
+void UserDirectory::Refresh(Instant now) {
   constexpr Duration kLook = 1s;
-  const Instant now = ReadClocks().instant;
   if (path_.empty() || (looked_ != Instant::min() && now - looked_ < kLook)) return;
   looked_ = now;
   struct stat its {};
   std::string seen = "absent";
   if (::stat(path_.c_str(), &its) == 0) {
-    seen = fmt::format("{} {} {}.{}", its.st_ino, its.st_size, its.st_mtim.tv_sec,
-                       its.st_mtim.tv_nsec);
+    // The time of the status changes with owner and mode. The folders above the file have others.
+    seen = fmt::format("{} {} {}.{} {}.{} {}", its.st_ino, its.st_size, its.st_mtim.tv_sec,
+                       its.st_mtim.tv_nsec, its.st_ctim.tv_sec, its.st_ctim.tv_nsec,
+                       WhyNotTrusted(path_));
   }
   if (seen == seen_ && (trouble_.empty() || seen == "absent")) return;
   seen_ = std::move(seen);
@@ -228,18 +229,19 @@ void UserDirectory::Refresh() {
   if (std::exchange(trouble_, trouble) != trouble && !trouble.empty()) log::Warn("{}", trouble);
 }
 
-std::string UserDirectory::Trouble() {
+std::string UserDirectory::Trouble(Instant now) {
   const MutexLock lock(mutex_);
-  Refresh();
+  Refresh(now);
   return trouble_;
 }
 
 std::optional<UserDirectory::Known> UserDirectory::ByPassword(std::string_view name,
-                                                              std::string_view password) {
+                                                              std::string_view password,
+                                                              Instant now) {
   std::optional<User> user;
   {
     const MutexLock lock(mutex_);
-    Refresh();
+    Refresh(now);
     if (const User* const found = file_.Find(name)) user = *found;
   }
   const bool has_password = user && !user->hash.empty();
@@ -248,23 +250,24 @@ std::optional<UserDirectory::Known> UserDirectory::ByPassword(std::string_view n
   return Known{*user, {user->name, user->hash}};
 }
 
-std::optional<UserDirectory::Known> UserDirectory::ByToken(std::string_view token, WallTime now) {
+std::optional<UserDirectory::Known> UserDirectory::ByToken(std::string_view token, const Now& now) {
   const std::string digest = Sha256Hex(token);
   const MutexLock lock(mutex_);
-  Refresh();
+  Refresh(now.instant);
   for (const Token& one : file_.tokens()) {
-    if (now >= one.until || !SameSecret(one.digest, digest)) continue;
+    if (now.wall >= one.until || !SameSecret(one.digest, digest)) continue;
     const User* const user = file_.Find(one.user);
     if (user != nullptr) return Known{*user, {user->name, one.digest}};
   }
   return std::nullopt;
 }
 
-Role UserDirectory::OfSystemUser(const std::string& name, std::span<const gid_t> groups) {
+Role UserDirectory::OfSystemUser(const std::string& name, std::span<const gid_t> groups,
+                                 Instant now) {
   std::vector<User> listed;
   {
     const MutexLock lock(mutex_);
-    Refresh();
+    Refresh(now);
     if (const User* const user = file_.Find(name)) return user->role;
     listed = file_.users();
   }
@@ -278,13 +281,13 @@ Role UserDirectory::OfSystemUser(const std::string& name, std::span<const gid_t>
   return role;
 }
 
-std::optional<Role> UserDirectory::RoleOf(const Login& login, WallTime now) {
+std::optional<Role> UserDirectory::RoleOf(const Login& login, const Now& now) {
   const MutexLock lock(mutex_);
-  Refresh();
+  Refresh(now.instant);
   const User* const user = file_.Find(login.user);
   if (user == nullptr) return std::nullopt;
   const auto is_it = [&](const Token& token) {
-    return token.user == login.user && token.digest == login.proof && now < token.until;
+    return token.user == login.user && token.digest == login.proof && now.wall < token.until;
   };
   const bool holds = (!user->hash.empty() && user->hash == login.proof) ||
                      std::ranges::any_of(file_.tokens(), is_it);

@@ -73,16 +73,17 @@ class UserFile {
 /// True if `password` has this scrypt hash. Takes about a tenth of a second and 32 MiB.
 bool HasHash(std::string_view password, const std::string& hash);
 
-// `UserDirectory` answers who a client is. It reads the users file again when the file has changed,
-// at most once a second. While the file cannot be read, all logins of users fail, and Trouble says
-// why. Any thread may call it.
+// `UserDirectory` answers who a client is. It reads the users file again when the content, owner or
+// mode of the file has changed, and looks for changes at most once a second. While the file cannot
+// be used, all logins of users fail, and Trouble says why. Any thread may call it; the time is an
+// argument.
 class UserDirectory {
  public:
   /// `file` empty: the gateway has no users.
   void SetFile(const std::string& file);
   bool is_used() const;
   /// Returns why the file cannot be used, as a sentence with the remedy; empty: it can.
-  std::string Trouble();
+  std::string Trouble(Instant now);
 
   /// How a user has logged in. `proof`: the hash of the password, or the digest of the token.
   struct Login {
@@ -94,24 +95,25 @@ class UserDirectory {
     Login login;
   };
   /// Checks a password. Takes about a tenth of a second, also for an unknown user.
-  std::optional<Known> ByPassword(std::string_view name, std::string_view password);
-  std::optional<Known> ByToken(std::string_view token, WallTime now);
+  std::optional<Known> ByPassword(std::string_view name, std::string_view password, Instant now);
+  std::optional<Known> ByToken(std::string_view token, const Now& now);
   /// Returns the role of a user of this machine: by name, else the last role, in the order of
   /// Role, of the groups that the users file lists as "@group". A user who is not listed is a
   /// viewer.
-  Role OfSystemUser(const std::string& name, std::span<const gid_t> groups);
+  Role OfSystemUser(const std::string& name, std::span<const gid_t> groups, Instant now);
   /// Returns the present role of a user who has logged in. Empty: the user was removed, the
   /// password was changed, or the token was removed or has ended.
-  std::optional<Role> RoleOf(const Login& login, WallTime now);
+  std::optional<Role> RoleOf(const Login& login, const Now& now);
 
  private:
-  void Refresh() BAUDGATE_REQUIRES(mutex_);
+  void Refresh(Instant now) BAUDGATE_REQUIRES(mutex_);
 
   mutable Mutex mutex_;
   std::string path_ BAUDGATE_GUARDED_BY(mutex_);
   UserFile file_ BAUDGATE_GUARDED_BY(mutex_);
   std::string trouble_ BAUDGATE_GUARDED_BY(mutex_);
-  std::string seen_ BAUDGATE_GUARDED_BY(mutex_);  // inode, size and time of the file that was read
+  /// State of the file that was read: inode, size, times, and whether it could be trusted.
+  std::string seen_ BAUDGATE_GUARDED_BY(mutex_);
   Instant looked_ BAUDGATE_GUARDED_BY(mutex_) = Instant::min();
 };
 

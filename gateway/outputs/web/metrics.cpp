@@ -95,6 +95,8 @@ std::size_t SeriesOf(const config::Config& config) {
   // 8 metrics of the gateway: version, clients, log, two for alarms, three for the process.
   std::size_t series = 8;
   if (config.dds.enabled) ++series;
+  if (config.dds.enabled && config.dds.security.on()) ++series;
+  series += config::TlsUses(config).size();
   for (const config::Line& line : config.lines) {
     if (line.name.empty()) continue;
     series += outputs::SeriesIn<bus::LineStatus>();
@@ -124,6 +126,15 @@ std::string MetricsText(const config::Config& config, const bus::PointStore& sto
     for (const auto& output : *info.outputs) {
       for (const outputs::Series& series : output->Metrics()) series.AppendTo(text);
     }
+  }
+  if (info.certificates) {
+    outputs::Series ends({"baudgate_certificate_end_timestamp_seconds", "gauge",
+                          "When the certificate ends, in seconds since 1970."});
+    for (const status::CertificateEnd& one : info.certificates()) {
+      ends.Add(fmt::format("use=\"{}\"", outputs::EscapedLabel(one.use)),
+               Seconds(one.until.time_since_epoch()));
+    }
+    ends.AppendTo(text);
   }
   append({"baudgate_log_dropped_total", "counter",
           "Log lines that neither the journal nor standard error accepted."},

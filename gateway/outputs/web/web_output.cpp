@@ -29,12 +29,6 @@ bool WebOutput::HasOtherCertificate(const config::Web& next) const {
   return !tls || *tls != tls_;
 }
 
-void WebOutput::WarnOfEnd() const {
-  if (!tls_.on()) return;
-  const std::string warning = tls::EndsSoon(tls_, ReadClocks().wall);
-  if (!warning.empty()) log::Warn("web: {}", warning);
-}
-
 void WebOutput::Examine(const config::Config& next, std::vector<std::string>& settings,
                         std::vector<std::string>& /*restart*/) const {
   if (HasOtherToken(next.web)) settings.emplace_back("the token in " + next.web.token_file);
@@ -92,7 +86,6 @@ std::string WebOutput::Serve(const Configuration& config, Port& port) {
     log::Info("web page on {}://{}/", config->web.tls.certificate.empty() ? "http" : "https",
               config->web.Address());
   }
-  WarnOfEnd();
   return {};
 }
 

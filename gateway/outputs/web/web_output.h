@@ -52,8 +52,6 @@ class WebOutput final : public outputs::Output {
   };
   bool HasOtherToken(const config::Web& next) const;
   bool HasOtherCertificate(const config::Web& next) const;
-  /// Warns if the certificate has ended or ends within 30 days.
-  void WarnOfEnd() const;
   std::unique_ptr<Port> OpenFor(const config::Web& next) const;
   std::string Serve(const Configuration& config, Port& port);
 

@@ -51,8 +51,9 @@ enum class Trouble : std::uint8_t {
   events_lost,
   writes_lost,
   values_lost,
+  certificate_ends,  ///< in 30 days or less, or it has ended
 };
-inline constexpr std::size_t kTroubles = 10;
+inline constexpr std::size_t kTroubles = 11;
 
 /// Returns the name of the alarm, such as "no answer". The alarm's text begins with the name.
 std::string_view Name(Trouble trouble);

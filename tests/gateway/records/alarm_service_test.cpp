@@ -199,5 +199,17 @@ TEST_F(AlarmServiceTest, DiskTroublesRaiseAlarms) {
               ElementsAre(". events are not kept, over", ". values are not kept, over"));
 }
 
+TEST_F(AlarmServiceTest, ACertificateThatEndsSoonRaisesAnAlarm) {
+  const auto after = [this](const std::string& why) {
+    service_.OnCertificates(why, now_);
+    return AfterAMinute();
+  };
+  EXPECT_THAT(after(""), IsEmpty());
+  EXPECT_THAT(after("The certificate of web ends."),
+              ElementsAre(". certificate ends: The certificate of web ends."));
+  EXPECT_THAT(after("The certificate of web ends."), IsEmpty());
+  EXPECT_THAT(after(""), ElementsAre(". certificate ends, over"));
+}
+
 }  // namespace
 }  // namespace baudgate::records

@@ -40,6 +40,20 @@ TEST_F(ControlTest, RequestsOfAClientAreAnsweredInOrder) {
   EXPECT_THAT(lines_.calls(), ElementsAre("do not use 2"));
 }
 
+TEST_F(ControlTest, TheTroubleOfTheUsersFileIsInTheStatus) {
+  config_.users.file = (directory_ / "users").string();
+  StartServer();
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("users has no users, so nobody can log in"));
+  std::ofstream(config_.users.file) << "user anna\n";
+  ::chmod(config_.users.file.c_str(), 0640);
+  std::string answer;
+  for (int i = 0; i < 300 && answer.find("line 1: is not") == std::string::npos; ++i) {
+    std::this_thread::sleep_for(10ms);
+    answer = Ask(Connect(), kStatus);
+  }
+  EXPECT_THAT(answer, HasSubstr("users: line 1: is not 'user NAME ROLE HASH'"));
+}
+
 TEST_F(ControlTest, TheSocketFileIsAccessibleToOwnerAndGroupOnly) {
   StartServer();
   struct stat found {};

@@ -106,6 +106,8 @@ class UserDirectoryTest : public ::testing::Test {
     ::chmod(path_.c_str(), mode);
   }
 
+  Now Later(Duration time) const { return {now_.instant + time, now_.wall + time}; }
+
   struct Ran {
     int code;
     std::string out;
@@ -120,6 +122,7 @@ class UserDirectoryTest : public ::testing::Test {
     return {code, out.str(), err.str()};
   }
 
+  const Now now_{Instant() + 1h, kNow};
   fs::path folder_;
   fs::path path_;
 };
@@ -137,18 +140,20 @@ TEST_F(UserDirectoryTest, KnowsUsersByPasswordTokenAndGroup) {
   EXPECT_FALSE(directory.is_used());
   directory.SetFile(path_.string());
   EXPECT_TRUE(directory.is_used());
-  EXPECT_THAT(directory.Trouble(), IsEmpty());
-  EXPECT_EQ(directory.ByPassword("anna", "correct horse")->user.role, Role::operating);
-  EXPECT_FALSE(directory.ByPassword("anna", "wrong horse"));
-  EXPECT_FALSE(directory.ByPassword("meter", "")) << "has no password";
-  EXPECT_FALSE(directory.ByPassword("nobody", "correct horse"));
-  EXPECT_EQ(directory.ByToken(token, kNow)->user.name, "meter");
-  EXPECT_FALSE(directory.ByToken(token, kNow + 24h)) << "has ended";
-  EXPECT_FALSE(directory.ByToken("", kNow));
+  EXPECT_THAT(directory.Trouble(now_.instant), IsEmpty());
+  EXPECT_EQ(directory.ByPassword("anna", "correct horse", now_.instant)->user.role,
+            Role::operating);
+  EXPECT_FALSE(directory.ByPassword("anna", "wrong horse", now_.instant));
+  EXPECT_FALSE(directory.ByPassword("meter", "", now_.instant)) << "has no password";
+  EXPECT_FALSE(directory.ByPassword("nobody", "correct horse", now_.instant));
+  EXPECT_EQ(directory.ByToken(token, now_)->user.name, "meter");
+  EXPECT_FALSE(directory.ByToken(token, Later(24h))) << "has ended";
+  EXPECT_FALSE(directory.ByToken("", now_));
   const std::array<gid_t, 2> groups = {1234567, 0};
-  EXPECT_EQ(directory.OfSystemUser("anna", {}), Role::operating);
-  EXPECT_EQ(directory.OfSystemUser("otto", groups), Role::engineer) << "by the group root";
-  EXPECT_EQ(directory.OfSystemUser("otto", {}), Role::viewer);
+  EXPECT_EQ(directory.OfSystemUser("anna", {}, now_.instant), Role::operating);
+  EXPECT_EQ(directory.OfSystemUser("otto", groups, now_.instant), Role::engineer)
+      << "by the group root";
+  EXPECT_EQ(directory.OfSystemUser("otto", {}, now_.instant), Role::viewer);
 }
 
 TEST_F(UserDirectoryTest, ALoginHoldsUntilItsPasswordOrTokenChanges) {
@@ -158,23 +163,23 @@ TEST_F(UserDirectoryTest, ALoginHoldsUntilItsPasswordOrTokenChanges) {
   Write(file);
   UserDirectory before;
   before.SetFile(path_.string());
-  const auto by_password = before.ByPassword("anna", "correct horse")->login;
-  const auto by_token = before.ByToken(token, kNow)->login;
-  EXPECT_EQ(before.RoleOf(by_password, kNow), Role::viewer);
-  EXPECT_EQ(before.RoleOf(by_token, kNow), Role::viewer);
-  EXPECT_EQ(before.RoleOf(by_token, kNow + 24h), std::nullopt) << "the token has ended";
+  const auto by_password = before.ByPassword("anna", "correct horse", now_.instant)->login;
+  const auto by_token = before.ByToken(token, now_)->login;
+  EXPECT_EQ(before.RoleOf(by_password, now_), Role::viewer);
+  EXPECT_EQ(before.RoleOf(by_token, now_), Role::viewer);
+  EXPECT_EQ(before.RoleOf(by_token, Later(24h)), std::nullopt) << "the token has ended";
   ASSERT_TRUE(file.Set("anna", Role::engineer, "another horse"));
   Write(file);
   UserDirectory after;
   after.SetFile(path_.string());
-  EXPECT_EQ(after.RoleOf(by_password, kNow), std::nullopt) << "the password was changed";
-  EXPECT_EQ(after.RoleOf(by_token, kNow), Role::engineer);
+  EXPECT_EQ(after.RoleOf(by_password, now_), std::nullopt) << "the password was changed";
+  EXPECT_EQ(after.RoleOf(by_token, now_), Role::engineer);
   file.Remove("anna");
   ASSERT_TRUE(file.Set("anna", Role::engineer, "another horse"));
   Write(file);
   UserDirectory again;
   again.SetFile(path_.string());
-  EXPECT_EQ(again.RoleOf(by_token, kNow), std::nullopt) << "a new user of the same name";
+  EXPECT_EQ(again.RoleOf(by_token, now_), std::nullopt) << "a new user of the same name";
 }
 
 TEST_F(UserDirectoryTest, AFileThatOthersCanReadOrChangeIsNotUsed) {
@@ -183,18 +188,41 @@ TEST_F(UserDirectoryTest, AFileThatOthersCanReadOrChangeIsNotUsed) {
   Write(file, 0644);
   UserDirectory directory;
   directory.SetFile(path_.string());
-  EXPECT_THAT(directory.Trouble(), HasSubstr("chmod o= " + path_.string()));
-  EXPECT_FALSE(directory.ByPassword("anna", "correct horse"));
+  EXPECT_THAT(directory.Trouble(now_.instant), HasSubstr("chmod o= " + path_.string()));
+  EXPECT_FALSE(directory.ByPassword("anna", "correct horse", now_.instant));
   ::chmod(path_.c_str(), 0660);
   UserDirectory other;
   other.SetFile(path_.string());
   // The group root may write, because its members are trusted.
-  EXPECT_EQ(other.Trouble().empty(), ::getegid() == 0);
+  EXPECT_EQ(other.Trouble(now_.instant).empty(), ::getegid() == 0);
   fs::remove(path_);
   UserDirectory absent;
   absent.SetFile(path_.string());
-  EXPECT_THAT(absent.Trouble(), HasSubstr("has no users, so nobody can log in"));
-  EXPECT_FALSE(absent.ByPassword("anna", "correct horse"));
+  EXPECT_THAT(absent.Trouble(now_.instant), HasSubstr("has no users, so nobody can log in"));
+  EXPECT_FALSE(absent.ByPassword("anna", "correct horse", now_.instant));
+}
+
+TEST_F(UserDirectoryTest, AFileWhoseModeBecomesUnsafeIsRefusedASecondLater) {
+  UserFile file;
+  ASSERT_TRUE(file.Set("anna", Role::operating, "correct horse"));
+  Write(file);
+  UserDirectory directory;
+  directory.SetFile(path_.string());
+  const auto role = [&](Duration after) {
+    return directory.OfSystemUser("anna", {}, now_.instant + after);
+  };
+  EXPECT_EQ(role(0s), Role::operating);
+  ::chmod(path_.c_str(), 0644);
+  EXPECT_EQ(role(900ms), Role::operating) << "looks once a second";
+  EXPECT_EQ(role(1s), Role::viewer);
+  EXPECT_THAT(directory.Trouble(now_.instant + 1s), HasSubstr("chmod o= "));
+  ::chmod(path_.c_str(), 0640);
+  EXPECT_EQ(role(2s), Role::operating);
+  ::chmod(folder_.c_str(), 0777);
+  EXPECT_EQ(role(3s), Role::viewer) << "others could replace the file";
+  EXPECT_THAT(directory.Trouble(now_.instant + 3s), HasSubstr(folder_.string()));
+  ::chmod(folder_.c_str(), 0700);
+  EXPECT_EQ(role(4s), Role::operating);
 }
 
 TEST_F(UserDirectoryTest, TheCommandAddsListsAndRemovesUsers) {
@@ -210,8 +238,8 @@ TEST_F(UserDirectoryTest, TheCommandAddsListsAndRemovesUsers) {
   EXPECT_EQ(its.st_mode & 0777U, 0640U);
   UserDirectory directory;
   directory.SetFile(path_.string());
-  EXPECT_TRUE(directory.ByPassword("anna", "correct horse"));
-  EXPECT_TRUE(directory.ByToken(token.out.substr(0, 64), ReadClocks().wall));
+  EXPECT_TRUE(directory.ByPassword("anna", "correct horse", now_.instant));
+  EXPECT_TRUE(directory.ByToken(token.out.substr(0, 64), ReadClocks()));
   const std::string list = Run({.what = What::list, .file = {}}).out;
   EXPECT_THAT(list, HasSubstr("anna  operator  set       20"));
   EXPECT_EQ(Run({.what = What::remove, .file = {}, .name = "anna"}).code, 0);

@@ -161,7 +161,15 @@ TEST_F(MetricsTest, AreAllDocumented) {
   outputs.push_back(std::make_unique<outputs::FakeOutput>(
       "dds", nullptr, std::vector<outputs::Series>{outputs::Series(dds::kDdsSamples, 77)}));
   const status::GatewayInfo info{
-      .version = "1.2.3", .started = status::kStarted, .outputs = &outputs, .events = &events};
+      .version = "1.2.3",
+      .started = status::kStarted,
+      .outputs = &outputs,
+      .events = &events,
+      .certificates = [] {
+        return std::vector<status::CertificateEnd>{{"web", WallTime(1'800'000'000s)}};
+      }};
+  EXPECT_THAT(MetricsText(config_, store_, info, kNow),
+              HasSubstr("baudgate_certificate_end_timestamp_seconds{use=\"web\"} 1800000000\n"));
   std::istringstream lines(MetricsText(config_, store_, info, kNow));
   std::size_t metrics = 0;
   for (std::string line, type, seen; std::getline(lines, line);) {

@@ -86,8 +86,34 @@ TEST_F(WebUsersTest, AUserLogsInWithAPassword) {
   EXPECT_EQ(Get("/api/v1/status", shown).status, 200);
   EXPECT_EQ(Client().Post("/logout", "", shown).status, 204);
   EXPECT_EQ(Get("/api/v1/status", shown).status, 401);
-  EXPECT_THAT(Journal(), ::testing::ElementsAre("login anna page wrong user or password",
-                                                "login anna page ok", "logout anna page ok"));
+  EXPECT_THAT(Journal(),
+              ::testing::ElementsAre(HasSubstr("host  first connection at web 127.0.0.1"),
+                                     "login anna page wrong user or password", "login anna page ok",
+                                     "logout anna page ok"));
+}
+
+TEST_F(WebUsersTest, TheFirstConnectionOfEachHostIsInTheJournal) {
+  config_.web.allow = {*config::ParseNetwork("127.0.0.0/8"), *config::ParseNetwork("10.0.0.0/8")};
+  Access access(8502, "1", nullptr, journal_.get());
+  access.Set(config_, std::nullopt);
+  const auto come = [&](const std::string& peer) {
+    Request request;
+    request.method = "GET";
+    request.path = "/";
+    request.peer = peer;
+    request.local = "10.0.0.1";
+    request.headers["host"] = "10.0.0.1:8502";
+    access.Refuse(request, ReadClocks());
+  };
+  for (const char* peer : {"10.0.0.7", "10.0.0.7", "10.0.0.8", "192.0.2.1", "10.0.0.7"}) come(peer);
+  EXPECT_TRUE(journal_->Flush(20s));
+  std::vector<std::string> hosts;
+  const auto check = audit::VerifyJournal(folder_);
+  for (const audit::JournalRow& row : check.value().rows) {
+    if (row.event.kind == "host") hosts.push_back(row.event.from);
+  }
+  EXPECT_THAT(hosts, ::testing::ElementsAre("10.0.0.7", "10.0.0.8"))
+      << "web.allow refuses the other";
 }
 
 TEST_F(WebUsersTest, OnlyARoleThatMayWritesAPoint) {
@@ -258,9 +284,12 @@ TEST_F(WebUsersTest, FilesOfTlsAreCheckedBeforeTheyAreUsed) {
   fs::copy_file(folder_ / "b/ca.key", a / "ca.key");
   EXPECT_THAT(made({"localhost"}), HasSubstr("does not belong to"));
   const WallTime now = ReadClocks().wall;
-  EXPECT_EQ(tls::EndsSoon("f", now + 31 * 24h, now), "");
-  EXPECT_THAT(tls::EndsSoon("f", now + 29 * 24h, now), HasSubstr("the certificate f ends on"));
-  EXPECT_THAT(tls::EndsSoon("f", now, now), HasSubstr("has ended"));
+  const auto soon = [now](Duration left) {
+    return tls::EndsSoon({.until = now + left, .ends_first = "f"}, now);
+  };
+  EXPECT_EQ(soon(31 * 24h), "");
+  EXPECT_THAT(soon(29 * 24h), HasSubstr("the certificate f ends on"));
+  EXPECT_THAT(soon({}), HasSubstr("has ended"));
 }
 
 }  // namespace
