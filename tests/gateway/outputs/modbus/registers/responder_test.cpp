@@ -25,11 +25,10 @@ TEST(Responder, AppendsTheBytesThatLibmodbusSends) {
     const std::size_t most = function <= 2 ? kMostBits : kMostRegisters;
     for (std::size_t count = 1; count <= most; ++count) {
       const auto start = static_cast<std::uint16_t>(random() % (65536 - count));
-      const Bytes frame =
-          AduOf(static_cast<std::uint16_t>(random()), static_cast<std::uint8_t>(random()),
-                Bytes{function, static_cast<std::uint8_t>(start >> 8U),
-                      static_cast<std::uint8_t>(start), static_cast<std::uint8_t>(count >> 8U),
-                      static_cast<std::uint8_t>(count)});
+      const Bytes frame = AduOf(
+          static_cast<std::uint16_t>(random()), static_cast<std::uint8_t>(random()),
+          Bytes{function, static_cast<std::uint8_t>(start >> 8U), static_cast<std::uint8_t>(start),
+                static_cast<std::uint8_t>(count >> 8U), static_cast<std::uint8_t>(count)});
       ModbusRequest request;
       ASSERT_EQ(ParseRequest(frame, request), kNoException);
       ASSERT_EQ(responder.Send(request, pair[0]), Responder::Sent::whole);
