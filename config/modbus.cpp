@@ -273,6 +273,12 @@ std::vector<RoleRule> ReadRules(const YamlNode& list, const std::string& role, P
       rule.functions = ReadCodes(*codes, known, problems);
     rule.addresses = ReadRanges(map, "addresses", 65535);
     map.Finish();
+    if (map.keys().values.empty()) {
+      problems.Error(one.mark(), role +
+                                     ": an empty rule would permit everything; name units, "
+                                     "functions or addresses, or write the word write in place "
+                                     "of the list");
+    }
     rules.push_back(std::move(rule));
   }
   if (rules.empty()) {

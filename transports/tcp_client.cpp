@@ -296,6 +296,7 @@ class TcpClient final : public Transport {
     TcpClient* owner;
     HostNames::Ticket look_up;
     bool looking_up = false;
+    bool is_connected = false;
     std::string host;
     tls::Handshakes::Ticket handshake;
     tcp::socket socket;
@@ -357,6 +358,11 @@ void TcpClient::Begin(const AttemptPtr& attempt) {
     if (attempt->looking_up) {
       return attempt->owner->Fail("no name server answers the query for the host of " + port +
                                   "; check the name server and the way to it");
+    }
+    if (attempt->is_connected) {
+      return attempt->owner->Fail(port +
+                                  " accepts the connection, but does not answer the TLS handshake; "
+                                  "check that this port of the server speaks TLS");
     }
     attempt->owner->Fail(port +
                              " does not answer; check that the server is on, its cable is plugged "
@@ -421,6 +427,7 @@ void TcpClient::BeginTls(const AttemptPtr& attempt) {
   if (!context) return Fail("cannot connect to " + port_ + ": " + context.error());
   std::error_code failed;
   const int owned = attempt->socket.release(failed);
+  attempt->is_connected = true;
   attempt->handshake = tls::Handshakes::OfProcess().Begin(
       owned, std::move(*context), attempt->host, io_,
       [attempt](Result<std::unique_ptr<tls::Channel>> result) {

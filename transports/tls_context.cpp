@@ -11,6 +11,7 @@
 #include <asio/error.hpp>
 #include <cerrno>
 #include <climits>
+#include <cstring>
 #include <utility>
 
 #include "gateway/base/log.h"
@@ -43,7 +44,14 @@ Result<std::string> RoleOf(const X509& certificate) {
   const unsigned char* const end = next + ASN1_STRING_length(value);
   const Utf8String text(d2i_ASN1_UTF8STRING(nullptr, &next, end - next));
   ERR_clear_error();
-  if (!text || next != end) return Error{"the role in the certificate is not one UTF8String"};
+  unsigned char* encoded = nullptr;
+  const int length = text ? i2d_ASN1_UTF8STRING(text.get(), &encoded) : -1;
+  // Other encodings of the same text than DER are no role.
+  const bool is_der =
+      length == ASN1_STRING_length(value) &&
+      std::memcmp(encoded, ASN1_STRING_get0_data(value), static_cast<std::size_t>(length)) == 0;
+  OPENSSL_free(encoded);
+  if (!is_der || next != end) return Error{"the role in the certificate is not one UTF8String"};
   const int size = ASN1_STRING_length(text.get());
   std::string role(reinterpret_cast<const char*>(ASN1_STRING_get0_data(text.get())),
                    static_cast<std::size_t>(size));

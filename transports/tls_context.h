@@ -41,7 +41,10 @@ struct Identity {
   std::string trouble{};  ///< why the role cannot be used; empty: it can
 
   /// Returns "CN=pump station (4A01)"; empty: the client has no certificate.
-  std::string Name() const { return subject.empty() ? "" : subject + " (" + serial + ")"; }
+  std::string Name() const {
+    if (serial.empty()) return {};
+    return (subject.empty() ? "no subject" : subject) + " (" + serial + ")";
+  }
 };
 
 enum class End : std::uint8_t { server, client };

@@ -71,7 +71,8 @@ Identity IdentityOf(SSL* ssl) {
   const Certificate certificate(SSL_get1_peer_certificate(ssl));
   if (!certificate) return {};
   constexpr std::size_t kLongestSubject = 120;  // of a text in logs and records
-  Identity identity{.subject = SubjectOf(certificate), .serial = SerialOf(certificate)};
+  Identity identity{.subject = WithoutControls(SubjectOf(certificate)),
+                    .serial = SerialOf(certificate)};
   if (identity.subject.size() > kLongestSubject) {
     identity.subject.resize(kLongestSubject);
     identity.subject.resize(std::min(identity.subject.size(), FirstNotUtf8(identity.subject)));

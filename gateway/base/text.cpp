@@ -101,25 +101,40 @@ std::string FormatNumber(double value) {
   return error == std::errc() ? std::string(buffer, end) : "nan";
 }
 
-std::string WithoutControls(std::string_view text) {
-  // U+202A to U+202E and U+2066 to U+2069 (Unicode Standard Annex 9) begin with these two bytes.
-  const auto turns = [&](std::size_t at) {
-    if (at + 2 >= text.size() || text[at] != '\xE2') return false;
-    const auto last = static_cast<std::uint8_t>(text[at + 2]);
-    if (text[at + 1] == '\x80') return last >= 0xAA && last <= 0xAE;
-    return text[at + 1] == '\x81' && last >= 0xA6 && last <= 0xA9;
+namespace {
+
+/// Returns the number of bytes of the character at `at` if it must not be shown, else 0:
+///
+///   U+0080 to U+009F                       control characters
+///   U+200B to U+200F, U+2028, U+2029       characters without width, and line ends
+///   U+202A to U+202E, U+2066 to U+2069     change the direction of writing (Annex 9 of Unicode)
+///
+std::size_t HiddenAt(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) {
+    return at + i < text.size() ? static_cast<std::uint8_t>(text[at + i]) : std::uint8_t{0};
   };
+  const auto is_between = [&](std::uint8_t least, std::uint8_t most) {
+    return byte(2) >= least && byte(2) <= most;
+  };
+  if (byte(0) == 0xC2 && byte(1) >= 0x80 && byte(1) <= 0x9F) return 2;
+  if (byte(0) != 0xE2) return 0;
+  if (byte(1) == 0x80 && (is_between(0x8B, 0x8F) || is_between(0xA8, 0xAE))) return 3;
+  return byte(1) == 0x81 && is_between(0xA6, 0xA9) ? 3 : 0;
+}
+
+}  // namespace
+
+std::string WithoutControls(std::string_view text) {
   std::string clean;
-  for (std::size_t i = 0; i < text.size(); ++i) {
+  for (std::size_t i = 0; i < text.size();) {
     const auto byte = static_cast<std::uint8_t>(text[i]);
-    if (turns(i)) {
-      for (const char c : text.substr(i, 3)) clean += "\\x" + HexByte(static_cast<std::uint8_t>(c));
-      i += 2;
-    } else if (byte >= 0x20 && byte != 0x7F) {
-      clean += text[i];
-    } else {
-      clean += "\\x" + HexByte(byte);
+    const bool is_control = byte < 0x20 || byte == 0x7F;
+    const std::size_t hidden = is_control ? 1 : HiddenAt(text, i);
+    for (const char c : text.substr(i, hidden)) {
+      clean += "\\x" + HexByte(static_cast<std::uint8_t>(c));
     }
+    if (hidden == 0) clean += text[i];
+    i += std::max<std::size_t>(hidden, 1);
   }
   return clean;
 }

@@ -454,6 +454,7 @@ TEST(SecureListeners, WrongKeysAreErrors) {
   EXPECT_THAT(problem(secure + ", roles: {}"), HasSubstr("roles: no role has rights"));
   EXPECT_THAT(problem(secure + ", roles: { viewer: all }"), HasSubstr("viewer"));
   EXPECT_THAT(problem(secure + ", roles: { viewer: [] }"), HasSubstr("permits nothing"));
+  EXPECT_THAT(problem(secure + ", roles: { viewer: [{}] }"), HasSubstr("an empty rule"));
   EXPECT_THAT(problem(secure + ", roles: { v: [{ units: 256 }] }"), HasSubstr("0…255"));
   EXPECT_THAT(problem(secure + ", roles: { v: [{ addresses: 9-8 }] }"), HasSubstr("0…65535"));
   EXPECT_THAT(problem(secure + ", roles: { v: [{ unit: 7 }] }"), HasSubstr("unit"));

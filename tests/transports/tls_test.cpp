@@ -52,9 +52,10 @@ TEST(TlsRole, IsExactlyOneUtf8String) {
   EXPECT_EQ(RoleWith({"ASN1:FORMAT:UTF8,UTF8String:größe"}), "größe");
   EXPECT_THAT(RoleWith({"ASN1:UTF8String:viewer", "ASN1:UTF8String:operator"}),
               HasSubstr("!the certificate contains its role twice"));
-  for (const char* other : {"ASN1:PRINTABLESTRING:operator", "ASN1:IA5STRING:operator",
-                            "ASN1:OCTETSTRING:operator", "ASN1:INTEGER:3", "DER:0C", "DER:0C02",
-                            "DER:0C026F", "DER:0C016F00", "DER:0C016F0C016F", "DER:30030C016F"}) {
+  for (const char* other :
+       {"ASN1:PRINTABLESTRING:operator", "ASN1:IA5STRING:operator", "ASN1:OCTETSTRING:operator",
+        "ASN1:INTEGER:3", "DER:0C", "DER:0C02", "DER:0C026F", "DER:0C016F00", "DER:0C016F0C016F",
+        "DER:30030C016F", "DER:0C81016F", "DER:2C030C016F", "DER:2C800C016F0000"}) {
     EXPECT_THAT(RoleWith({other}), HasSubstr("!the role in the certificate is not")) << other;
   }
   for (const char* wrong : {"DER:0C00", "DER:0C01FF", "DER:0C0100"}) {

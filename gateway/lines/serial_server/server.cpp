@@ -249,7 +249,7 @@ void Server::Admit(tls::NetStream stream, const tcp::endpoint& peer) {
   if (const auto why = WhyNot(peer)) return Refuse(peer, *why);
   Client& client = clients_.emplace_back();
   client.name = NameOf(peer);
-  if (stream.channel() != nullptr && !stream.channel()->peer().subject.empty()) {
+  if (stream.channel() != nullptr && !stream.channel()->peer().serial.empty()) {
     client.name += " " + stream.channel()->peer().Name();
   }
   client.socket = std::make_unique<ClientSocket>(

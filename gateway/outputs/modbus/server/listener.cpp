@@ -293,8 +293,9 @@ void Listener::Welcome(tcp::socket socket) {
 void Listener::BeginTls(int owned, const std::string& peer, const PeerAddress& address) {
   auto context = tls_->Current();
   if (!context) {
+    Refuse(peer, context.error());
     ::close(owned);
-    return Refuse(peer, context.error());
+    return;
   }
   const std::uint64_t number = next_newcomer_++;
   Newcomer& newcomer = newcomers_[number];
@@ -340,12 +341,12 @@ void Listener::EndTls(std::uint64_t number, Result<std::unique_ptr<tls::Channel>
 
 void Listener::Admit(Accepted accepted, const PeerAddress& address) {
   if (sessions_.size() >= MostClients() && !MakeRoom(accepted.peer, ReadClocks().instant)) {
+    Refuse(accepted.peer,
+           shared_.limits().client_share < 1
+               ? "no file descriptor is left for another client; raise LimitNOFILE of the service"
+               : "max_clients are connected already; raise max_clients of the listener");
     ::close(accepted.socket);
-    return Refuse(
-        accepted.peer,
-        shared_.limits().client_share < 1
-            ? "no file descriptor is left for another client; raise LimitNOFILE of the service"
-            : "max_clients are connected already; raise max_clients of the listener");
+    return;
   }
   LiveCounters& counters = shared_.counters();
   LiveCounters::Add(counters.accepted);

@@ -68,7 +68,7 @@ std::unique_ptr<outputs::Output::Prepared> ModbusOutput::Prepare(const config::C
     const reload::ListenerChange& change = difference.listeners[i];
     modbus::ListenerOrigin& origin = prepared->renewal.listeners.emplace_back(
         modbus::ListenerOrigin{change.was, change.action == reload::Action::same});
-    Status status = server_->CanServe(listener);
+    Status status = origin.same ? Status() : server_->CanServe(listener);
     if (status && !origin.keeps_port(listener)) {
       auto port = server_->OpenPort(listener);
       if (port) origin.opened = *std::move(port);

@@ -7,6 +7,7 @@
 #include "gateway/base/log.h"
 #include "gateway/outputs/modbus/serial/serial_listener.h"
 #include "gateway/outputs/modbus/server/listener.h"
+#include "transports/tls_context.h"
 
 namespace baudgate::modbus {
 
@@ -19,6 +20,17 @@ ModbusServer::ModbusServer(const config::Config& config, const bus::PointStore& 
 
 ModbusServer::~ModbusServer() { Stop(); }
 
+namespace {
+
+/// Returns an error if the listener uses TLS, and its files cannot be used.
+Status CheckTls(const config::Listener& listener) {
+  if (!listener.tls.on()) return {};
+  const auto context = tls::ContextFiles(tls::End::server, listener.tls).Current();
+  return context ? Status() : Error{context.error()};
+}
+
+}  // namespace
+
 Status ModbusServer::Listen(asio::io_context& io) {
   if (!config_.modbus.enabled) return {};
   if (Status ready = shared_->Ready(); !ready) return ready;
@@ -27,6 +39,11 @@ Status ModbusServer::Listen(asio::io_context& io) {
   shared_->Open(io, ReadClocks);
   PassedSockets passed;
   for (const config::Listener& listener : config_.modbus.listen) {
+    // A certificate that was renewed wrongly must not stop the polls; Look tries again.
+    if (!CheckTls(listener)) {
+      places_.push_back({.listener = listener});
+      continue;
+    }
     auto port = OpenPort(listener, &passed);
     if (!port) {
       Stop();
@@ -40,7 +57,7 @@ Status ModbusServer::Listen(asio::io_context& io) {
 }
 
 Status ModbusServer::CanServe(const config::Listener& listener) const {
-  if (!listener.speaks_serial()) return {};
+  if (!listener.speaks_serial()) return CheckTls(listener);
   const protocols::Protocol* const protocol = shared_->frames().Of(listener.framing);
   if (protocol != nullptr && protocol->carrier != nullptr) return {};
   return Error{std::string(Title(listener.framing)) + " needs the module modbus_" +

@@ -73,14 +73,14 @@ class ModbusServer {
   ModbusServer& operator=(const ModbusServer&) = delete;
 
   /// Opens all ports of modbus.listen; if one fails, opens none. The error is e.g. "127.0.0.1:1502:
-  /// address already in use; …". A serial port that is absent is not an error: it is opened when it
-  /// appears.
+  /// address already in use; …". A serial port that is absent, and files of TLS that cannot be
+  /// used, are no errors: the port is opened when they are there.
   Status Listen(asio::io_context& io);
 
   // A reload calls in this order: OpenPort for new entries, Apply, ClosePorts, Finish.
 
-  /// Checks that the protocol module of the listener's framing is loaded. The error does not
-  /// contain the listener's address.
+  /// Checks that the protocol module of the listener's framing is loaded, and that its files of TLS
+  /// can be used. The error does not contain the listener's address.
   Status CanServe(const config::Listener& listener) const;
   /// Makes the port of a new entry; any thread may call it. Clients that connect to a TCP port wait
   /// until Apply has taken the port. A port that is destroyed instead closes. Finish opens serial

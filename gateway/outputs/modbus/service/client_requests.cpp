@@ -458,6 +458,37 @@ std::vector<Span> AddressesOf(View pdu) {
   return found;
 }
 
+/// True if the lengths in a request fit each other, or its function has no known form. A slave
+/// could take additional bytes for a request of their own. Source: MODBUS Application Protocol
+/// 1.1b3, chapter 6.
+bool HasExactForm(View frame) {
+  const View pdu = PduOf(frame);
+  const ByteReader reader(pdu);
+  constexpr std::uint8_t kMaskWrite = 22;
+  constexpr std::uint8_t kReadWrite = 23;
+  constexpr std::uint8_t kReadFifo = 24;
+  ModbusRequest request;
+  switch (const std::uint8_t function = FunctionOf(frame)) {
+    case 7:   // read exception status
+    case 11:  // get communication event counter
+    case 12:  // get communication event log
+    case 17:  // report server id
+      return pdu.size() == 1;
+    case kMaskWrite:
+      return pdu.size() == 7;
+    case kReadFifo:
+      return pdu.size() == 3;
+    case kReadWrite: {
+      const std::size_t registers = reader.U16Be(7).value_or(0);
+      return registers > 0 && reader.U16Be(3).value_or(0) > 0 && pdu.size() == 10 + 2 * registers &&
+             pdu[9] == 2 * registers;
+    }
+    default:
+      if (!IsRead(function) && !IsPlainWrite(function)) return true;
+      return ParseRequest(frame, request) == kNoException;
+  }
+}
+
 bool Permits(const config::RoleRule& rule, View frame) {
   const std::uint8_t unit = UnitOf(frame);
   if (!IsWithin(rule.units, unit, unit)) return false;
@@ -496,8 +527,19 @@ ClientRequests::ClientRequests(const config::Listener& listener, ServerShared& s
 void ClientRequests::Handle(View frame, const Now& now) {
   replies_->OnRequest(frame, now.instant);
   const Way way = router_.WayOf(UnitOf(frame));
-  if (way.kind == Way::Kind::none) return replies_->Refuse(frame, kNoPath, now.instant);
-  if (const std::string why = WhyDenied(frame); !why.empty()) return Deny(frame, way, why, now);
+  const bool is_stranger = UsesRoles() && rights_ == nullptr;  // must not learn which units exist
+  if (way.kind == Way::Kind::none) {
+    return replies_->Refuse(frame, is_stranger ? kIllegalFunction : kNoPath, now.instant);
+  }
+  if (const std::string why = WhyDenied(frame); !why.empty()) {
+    return Deny(frame, way, why, kIllegalFunction, now);
+  }
+  if (way.kind == Way::Kind::route && IsLimited() && !HasExactForm(frame)) {
+    return Deny(frame, way,
+                "the lengths in the request do not fit each other, and this client may not send "
+                "all requests",
+                kIllegalValue, now);
+  }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
   if (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame))) {
     return HandleBroadcast(frame, TrafficBook::kBroadcasts, router_.lines(), now);
@@ -507,7 +549,7 @@ void ClientRequests::Handle(View frame, const Now& now) {
 
 std::string ClientRequests::WhyDenied(View frame) const {
   if (!Permits(listener_.permit, FunctionOf(frame))) return kNotPermitted;
-  if (listener_.protocol != config::Listener::Protocol::tls) return {};
+  if (!UsesRoles()) return {};
   if (rights_ == nullptr) {
     return "the client's certificate has no role that may send requests; see 'roles' of the "
            "listener in modbus.listen";
@@ -517,11 +559,22 @@ std::string ClientRequests::WhyDenied(View frame) const {
          "' of the client may not send this request; see 'roles' of the listener in modbus.listen";
 }
 
-void ClientRequests::Deny(View frame, const Way& way, const std::string& reason, const Now& now) {
+bool ClientRequests::UsesRoles() const {
+  return listener_.protocol == config::Listener::Protocol::tls;
+}
+
+bool ClientRequests::IsLimited() const {
+  if (listener_.permit != config::Permit::all) return true;
+  if (!UsesRoles()) return false;
+  return rights_ == nullptr || !rights_->rules.empty() || rights_->permit != config::Permit::all;
+}
+
+void ClientRequests::Deny(View frame, const Way& way, const std::string& reason,
+                          ExceptionCode exception, const Now& now) {
   const bool gateway = way.kind == Way::Kind::gateway && UnitOf(frame) != 0;
   if (way.kind == Way::Kind::route) routed_->Deny(frame, way.route, reason, now);
   if (way.kind == Way::Kind::device || gateway) local_->Deny(frame, reason, now);
-  replies_->Refuse(frame, kIllegalFunction, now.instant);
+  replies_->Refuse(frame, exception, now.instant);
 }
 
 void ClientRequests::HandleRouted(View frame, std::size_t index, const Now& now) {

@@ -372,7 +372,11 @@ class ClientRequests {
   std::optional<Instant> Deadline() const;
 
  private:
-  void Deny(View frame, const Way& way, const std::string& reason, const Now& now);
+  void Deny(View frame, const Way& way, const std::string& reason, ExceptionCode exception,
+            const Now& now);
+  bool UsesRoles() const;
+  /// True if the client may not send all requests, because of `permit` or its role.
+  bool IsLimited() const;
   /// Returns why the client may not send the request; empty: it may.
   std::string WhyDenied(View frame) const;
   void HandleRouted(View frame, std::size_t index, const Now& now);

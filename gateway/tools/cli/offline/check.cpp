@@ -66,7 +66,8 @@ std::string Describe(const config::Dds& dds, bool events) {
 }
 
 std::string Describe(const config::PortServer& server) {
-  return server.Address() + ", " + std::string(Name(server.mode)) + ", for " + Whom(server.allow);
+  return server.Address() + ", " + std::string(Name(server.mode)) +
+         (server.tls.on() ? " with TLS" : "") + ", for " + Whom(server.allow);
 }
 
 std::string Describe(const config::Line& line) {

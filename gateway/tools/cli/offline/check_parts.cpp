@@ -408,6 +408,10 @@ std::string Describe(const config::Listener& listener) {
   }
   text += Describe(listener.permit);
   if (listener.is_serial()) return text + ", for the master at this port";
+  if (listener.protocol == Listener::Protocol::tls) {
+    text += ", with TLS and the rights of the roles " +
+            Joined(listener.roles, [](const config::RoleRights& rights) { return rights.role; });
+  }
   return text + ", for " + Whom(listener.allow);
 }
 

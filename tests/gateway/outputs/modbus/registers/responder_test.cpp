@@ -21,7 +21,7 @@ TEST(Responder, AppendsTheBytesThatLibmodbusSends) {
   std::mt19937 random(1);
   for (std::uint16_t& one : responder.registers()) one = static_cast<std::uint16_t>(random());
   for (std::uint8_t& one : responder.bits()) one = random() % 2;
-  for (const std::uint8_t function : {1, 2, 3, 4}) {
+  for (const std::uint8_t function : std::initializer_list<std::uint8_t>{1, 2, 3, 4}) {
     const std::size_t most = function <= 2 ? kMostBits : kMostRegisters;
     for (std::size_t count = 1; count <= most; ++count) {
       const auto start = static_cast<std::uint16_t>(random() % (65536 - count));

@@ -198,6 +198,7 @@ TEST_F(TlsListenerTest, ARoleWithoutRightsGetsNothing) {
     ASSERT_TRUE(client.connected());
     EXPECT_EQ(client.Ask(1, "03 00 00 00 01"), "83 01") << name;
     EXPECT_EQ(client.Ask(1, "06 00 00 00 05"), "86 01") << name;
+    EXPECT_EQ(client.Ask(99, "03 00 00 00 01"), "83 01") << "a unit that does not exist";
   }
   EXPECT_EQ(sink_.count(), 0U);
   EXPECT_THAT(Rows(), ::testing::ElementsAre(
@@ -279,13 +280,17 @@ TEST_F(TlsListenerTest, SilentClientsDelayNobody) {
   EXPECT_EQ(viewer.Ask(1, "03 00 00 00 01"), "03 02 FF FE");
 }
 
-TEST_F(TlsListenerTest, WrongFilesAreAnErrorAtTheStart) {
+TEST_F(TlsListenerTest, WrongFilesDoNotPreventTheStart) {
   listener().tls.key = folder_.In("viewer.key");
-  store_.emplace(config_);
-  ModbusServer server(config_, *store_, sink_, {});
-  const Status status = server.Listen(io_);
-  ASSERT_FALSE(status);
-  EXPECT_THAT(status.error(), HasSubstr("does not belong to the certificate"));
+  StartServer();
+  EXPECT_THAT(server_->Missing(),
+              ::testing::ElementsAre(HasSubstr("does not belong to the certificate")));
+  EXPECT_THAT(server_->CanServe(listener()).error(), HasSubstr("does not belong"));
+}
+
+TEST_F(TlsListenerTest, ACertificateWithoutSubjectIsNamedByItsNumber) {
+  EXPECT_EQ((tls::Identity{.serial = "4A01"}).Name(), "no subject (4A01)");
+  EXPECT_EQ(tls::Identity{}.Name(), "");
 }
 
 TEST_F(TlsListenerTest, ARouteReachesAServerWithTls) {

@@ -48,6 +48,33 @@ TEST_F(ServiceTest, EveryFunctionIsRoutedUnchanged) {
   }
 }
 
+TEST_F(ServiceTest, AClientThatMayOnlyReadSendsNoBytesBehindItsRequest) {
+  Add(1, 20, 20);
+  listener().permit = config::Permit::read;
+  // A slave that counts bytes would take the rest for a second request, a broadcast of function 6.
+  for (const char* pdu : {"03 00 01 00 01 D5 CA 00 06 0F FF 0B AD 7D B2", "03 00 01 00 01 00",
+                          "03 00 01 00", "04 00 00 00 00", "01 00 00 07 D1"}) {
+    EXPECT_THAT(Ask(20, pdu), ElementsAre(std::string("12 34 00 00 00 03 14 8") + pdu[1] + " 03"))
+        << pdu;
+  }
+  EXPECT_EQ(drive_.count(), 0U);
+  EXPECT_THAT(Ask(20, "03 00 01 00 01"), IsEmpty());
+  EXPECT_EQ(drive_.count(), 1U);
+}
+
+TEST_F(ServiceTest, AClientThatMayOnlyWriteDataSendsOnlyWholeRequests) {
+  Add(1, 20, 20);
+  listener().permit = config::Permit::data;
+  for (const char* pdu : {"06 00 64 00 01 00 C8 00 02", "06 00 64", "0F 00 0A 00 02 02 FF FF",
+                          "10 00 0A 00 02 0A 00 01 00 02 00 03 00 04 00 05", "10 00 0A 00 00 00"}) {
+    const std::string code = pdu[0] == '1' ? "90" : std::string("8") + pdu[1];
+    EXPECT_THAT(Ask(20, pdu), ElementsAre("12 34 00 00 00 03 14 " + code + " 03")) << pdu;
+  }
+  EXPECT_EQ(drive_.count(), 0U);
+  EXPECT_THAT(Ask(20, "10 00 0A 00 01 02 00 01"), IsEmpty());
+  EXPECT_EQ(drive_.count(), 1U);
+}
+
 TEST_F(ServiceTest, AnInvalidFunctionCodeIsRefused) {
   Add(1, 20, 20);
   EXPECT_THAT(Ask(20, "00 00 00"), ElementsAre("12 34 00 00 00 03 14 80 01"));
