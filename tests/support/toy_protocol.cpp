@@ -100,7 +100,7 @@ class ToyConversation final : public protocols::Conversation {
     const auto got = Read(AsText(frame.subspan(1, frame.size() - 5)));
     const auto asked = Read(AsText(request.bytes).substr(1));
     const char kind = static_cast<char>(request.bytes[0]);
-    if (Check(request.bytes, frame) == Outcome::unexpected) {
+    if (got->rest != "~odd" && Check(request.bytes, frame) == Outcome::unexpected) {
       answer.outcome = Outcome::unexpected;
       answer.reason = "an answer to another request";
       return answer;
@@ -122,21 +122,22 @@ class ToyConversation final : public protocols::Conversation {
     const bool fits = request[0] == 'U'
                           ? got->address == 0
                           : got->address == asked->address && got->number == asked->number;
-    if (!fits) return Outcome::unexpected;
+    if (!fits || got->rest == "~odd") return Outcome::unexpected;
     if (got->rest == "~busy") return Outcome::busy;
     if (got->rest == "~refused") return Outcome::refused;
     const bool words = got->rest.starts_with("~") && got->rest != "~closed" &&
-                       got->rest != "~fault" && got->rest != "~nan" && got->rest != "~foreign";
+                       got->rest != "~fault" && got->rest != "~nan" && got->rest != "~foreign" &&
+                       got->rest != "~events";
     return words ? Outcome::unsupported : Outcome::ok;
   }
 
-  protocols::Then OnFailure(const protocols::Task& task, const protocols::Request& request, Outcome,
-                            Instant) override {
+  protocols::Then OnFailure(const protocols::Task& task, const protocols::Request& request,
+                            Outcome outcome, Instant) override {
     const bool close = task.kind == protocols::Task::Kind::write && InSession(task) && !closing_;
     closing_ = close;
     if (close) failed_write_ = true;
     if (!close) open_ = false;
-    if (request.bytes[0] == 'B') {
+    if (request.bytes[0] == 'B' && outcome != Outcome::busy) {
       dropped_.insert(PointOf(task));
       Plan();
       return protocols::Then::replan;
@@ -215,6 +216,10 @@ class ToyConversation final : public protocols::Conversation {
     if (word == "busy") {
       answer.outcome = Outcome::busy;
       answer.wait = device_.options.Time("wait");
+    } else if (word == "odd") {
+      answer.outcome = Outcome::refused;
+    } else if (word == "events") {
+      answer.batch.emplace();
     } else if (word == "refused") {
       answer.outcome = Outcome::refused;
       if (task.kind == protocols::Task::Kind::write && InSession(task)) {

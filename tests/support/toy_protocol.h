@@ -24,10 +24,10 @@ namespace baudgate {
 ///   U7   untagged                      V7   a write-only point; with these alone: no probe
 ///   S7   inside a session, which is opened first and closed after every write
 ///
-/// Words in a reply: busy, refused and unsupported end the exchange with that outcome. `closed`
-/// opens the session and repeats the request, and `replan` drops the query. `fault` and `nan` are
-/// readings without a usable value. `foreign` says that another device is at this address until the
-/// device answers with a value. Address: one letter. Option: wait (a duration, after busy).
+/// Words in a reply: busy, refused and unsupported end the exchange with that outcome; `odd` is a
+/// refusal of unexpected form. `closed` opens the session and repeats the request, `replan` drops
+/// the query. `fault` and `nan` are readings without a usable value, `events` is a batch of events,
+/// `foreign` is another device (until a value comes). Address: a letter. Option: wait (after busy).
 const protocols::Protocol& ToyProtocol();
 
 /// Returns a whole reply. Example: "!A7=5*XX\r" for "A7=5".

@@ -162,7 +162,6 @@ void DeviceTracker::OnTask(Member& member, Outcome outcome, const std::string& r
   const bool offline = member.health.absent();
   if (offline && !was_offline) {
     accounts_.devices.OnOffline(member);
-    agenda_.parked.Drop(member);
     agenda_.probes.OnOffline(member, now);
     owed_.late_replies.OnOffline(member);
     if (device != nullptr) {

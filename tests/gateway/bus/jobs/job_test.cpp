@@ -186,6 +186,12 @@ TEST_F(JobEndTest, AMuteJobJudgesNeitherItsMemberNorItsQuery) {
   EXPECT_TRUE(effects.fast_poll) << "its round goes on";
 }
 
+TEST_F(JobEndTest, AReplyOfUnexpectedFormDoesNotCountAgainstTheDevice) {
+  const auto job = Poll();
+  job->attempt.verdict.odd = true;
+  EXPECT_FALSE(End(*job, Outcome::unexpected).judges_member);
+}
+
 TEST_F(JobEndTest, AFailedReadBackMakesItsPointsDoubtful) {
   EXPECT_TRUE(EndOfReadBack(Outcome::ok).doubt.empty());
   EXPECT_EQ(EndOfReadBack(Outcome::no_reply).doubt, std::vector<std::size_t>{0});

@@ -6,6 +6,7 @@
 
 #include "gateway/base/text.h"
 #include "gateway/bus/jobs/poll.h"
+#include "gateway/bus/jobs/probe.h"
 #include "gateway/bus/jobs/read_back.h"
 #include "gateway/bus/jobs/write.h"
 #include "tests/support/times.h"
@@ -18,21 +19,23 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 /// Runs jobs on a line with device A (points `read` and "2") and B ("1"). The constructor has read
-/// A's name.
+/// A's name; `probed` is its reply.
 class Rig : private PollerListener, private RequestPort {
  public:
-  explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
+  explicit Rig(const std::string& read, const std::string& probed = "!A0")
+      : config_(ConfigOf(read)) {
     Pass({});
     runner_.OnOpened(false);
     context_.tracker.OnOpened(now_.instant);
     while (context_.agenda.schedule.Next(now_.instant)) continue;
     Poll(1);
-    for (Turn(); runner_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? "!A0" : "!A2=5");
+    for (Turn(); runner_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? probed : "!A2=5");
   }
 
   void Poll(std::size_t query) {
     Begin(std::make_unique<PollJob>(a(), Schedule::Pick{.query = query}, now_.instant));
   }
+  void Probe() { Begin(std::make_unique<ProbeJob>(a(), now_.instant)); }
   void ReadBack() { Begin(std::make_unique<ReadBackJob>(a(), 0, now_.instant)); }
   void Write(std::vector<std::uint32_t> points) {
     WriteCommand command;
@@ -127,6 +130,7 @@ class Rig : private PollerListener, private RequestPort {
 
   Device& a() { return context_.roster.device(0); }
   ParkedJobs& parked() { return context_.agenda.parked; }
+  LineContext& context() { return context_; }
   DeviceTracker& tracker() { return context_.tracker; }
   Schedule& schedule() { return context_.agenda.schedule; }
   JobRunner& runner() { return runner_; }
@@ -237,6 +241,13 @@ TEST(JobRunnerTest, EachEventDeterminesTheNextStepOfAWrite) {
       {{"forbidden before anything was asked", "1", {"forbidden", "silence"}, "ended"},
        WriteEnd::denied},
       {{"while a probe went first", "1", {"a while", "!A0", "forbidden", "silence"}, "ended"},
+       WriteEnd::denied},
+      {{"forbidden before its session is opened", "S1", {"forbidden", "silence"}, "ended"},
+       WriteEnd::denied},
+      {{"forbidden before, after a probe",
+        "S1",
+        {"a while", "!A0", "forbidden", "silence"},
+        "ended"},
        WriteEnd::denied},
       {{"behind a session, which is closed", "S1", {"!A9", "forbidden", "!A0"}, "ended"},
        WriteEnd::denied},
@@ -614,6 +625,162 @@ TEST(JobRunnerTest, ALostPortIsNoReasonForARetry) {
   rig.Poll(0);
   rig.Hear("silence");
   EXPECT_EQ(rig.Status().retries, 1U);
+}
+
+TEST(JobRunnerTest, AProbeIsNotAnsweredByAReplyToAnotherRequest) {
+  Rig rig("1");
+  rig.Probe();
+  rig.Hear("!A0=2");
+  EXPECT_EQ(rig.Next(), "PA0") << "it is repeated";
+  rig.Hear("!A0");
+  EXPECT_EQ(rig.Next(), "ended");
+}
+
+TEST(JobRunnerTest, AReplyOfUnexpectedFormIsUsedIfNoOtherReplyCanCome) {
+  for (const bool owed : {false, true}) {
+    Rig rig("1");
+    rig.Poll(0);
+    if (owed) rig.Hear("silence");
+    rig.Hear("!A1~odd");
+    EXPECT_EQ(rig.Next(), owed ? "?A1" : "ended");
+  }
+}
+
+TEST(JobRunnerTest, AReplyOfUnexpectedFormGetsNoMoreRetriesThanSilence) {
+  Rig rig("1");
+  rig.Hear("a while");
+  rig.Poll(0);
+  rig.Hear("!A0");
+  for (const char* next : {"?A1", "?A1", "ended"}) {
+    rig.Hear("!A9=5");
+    EXPECT_EQ(rig.Next(), next);
+  }
+}
+
+/// The query of point "2" is dropped while point "2" is read, so the reply has no point any more.
+TEST(JobRunnerTest, AReplyToADroppedQueryIsNotStored) {
+  Rig rig("1");
+  rig.Poll(1);
+  ASSERT_TRUE(rig.Go());
+  const protocols::Request request = rig.runner().job()->step.request;
+  rig.a().conversation->OnFrame({.query = 1}, request, ToyReply("A2~replan"), rig.now());
+  rig.Answer("A2=9");
+  EXPECT_EQ(rig.Value(0), "");
+  EXPECT_EQ(rig.Value(1), "5");
+}
+
+/// The reply may answer the request that BA1 replaces.
+TEST(JobRunnerTest, OnlyTheReasonOfARefusalIsKeptFromAReplyThatIsNotUsed) {
+  for (const bool refused : {false, true}) {
+    Rig rig("L1");
+    rig.Poll(0);
+    rig.Hear("silence");
+    ASSERT_EQ(rig.Next(), "BA1");
+    rig.Hear(refused ? "!A1~refused" : "!A1=8");
+    ASSERT_EQ(rig.Next(), "BA1");
+    const std::optional<Unproven>& unproven = rig.runner().job()->attempt.unproven;
+    ASSERT_TRUE(unproven);
+    EXPECT_EQ(unproven->refused_as, refused ? Outcome::refused : Outcome::none);
+    EXPECT_EQ(unproven->refusal, refused ? "the device says refused" : "");
+  }
+}
+
+struct AnyJob : Job {
+  using Job::Job;
+  using Job::MustRepeat;
+  NextStep Begin() override { return NextStep::Ask(); }
+};
+
+TEST(JobRunnerTest, OnlyARepeatablePollIsRepeatedBecauseItsReplyMayBeMuchOlder) {
+  Rig rig("1");
+  rig.Hear("a while");
+  rig.Poll(0);
+  rig.Hear("silence");
+  rig.Hear("!A0");
+  ASSERT_TRUE(rig.context().owed.whose.Lags(rig.a())) << "the reply to the second probe may come";
+  using Kind = protocols::Task::Kind;
+  for (const Kind kind : {Kind::poll, Kind::write, Kind::background}) {
+    for (const bool repeatable : {true, false}) {
+      AnyJob job(rig.a(), {.kind = kind}, rig.now());
+      job.attempt.answer.readings.push_back({0, 1.0, Quality::good, {}});
+      job.attempt.verdict.older = 2s;
+      job.step.request.expect.repeatable = repeatable;
+      EXPECT_EQ(job.MustRepeat(rig.context(), rig.now()), kind == Kind::poll && repeatable);
+    }
+  }
+}
+
+TEST(JobRunnerTest, ADeviceWithoutANameNeedsNoProbeAfterARetry) {
+  Rig rig("1", "!A0~refused");
+  rig.Poll(0);
+  rig.Hear("silence");
+  rig.Hear("!A1=8");
+  EXPECT_EQ(rig.Next(), "ended") << "it would not tell who it is";
+  EXPECT_EQ(rig.Value(0), "8");
+}
+
+TEST(JobRunnerTest, ARequestWithAContextIsNotRetried) {
+  Rig rig("1");
+  rig.Poll(0);
+  rig.runner().job()->step.request.context = ToBytes("channel 3");
+  rig.Hear("silence");
+  EXPECT_EQ(rig.Next(), "ended");
+}
+
+/// After a failure of BA1 the conversation drops the query. Here BA1 was not sent.
+TEST(JobRunnerTest, ARequestThatIsWithdrawnIsNoFailureOfTheDevice) {
+  Rig rig("L1");
+  rig.Poll(0);
+  rig.Hear("silence");
+  ASSERT_EQ(rig.Next(), "BA1");
+  rig.Hear("disabled");
+  rig.Turn();
+  EXPECT_EQ(rig.Next(), "ended");
+  EXPECT_EQ(rig.a().conversation->Queries().size(), 2U);
+}
+
+TEST(JobRunnerTest, TheConversationLearnsThatItsWaitingEventsAreNotAccepted) {
+  Rig rig("L1");
+  rig.Poll(0);
+  rig.Hear("silence");
+  for (int reply = 0; reply < 2; ++reply) rig.Hear("!A1~events");
+  ASSERT_EQ(rig.Next(), "PA0") << "the second can only answer BA1";
+  while (rig.Next() == "PA0") rig.Hear("silence");
+  EXPECT_EQ(rig.a().conversation->Queries().size(), 1U) << "the failure of BA1 was reported";
+}
+
+/// The reply to a probe may answer the second probe of the task before.
+TEST(JobRunnerTest, AProbeIsRepeatedWhileItsReplyMayBeOlderUnlessTheDeviceIsBusy) {
+  for (const bool busy : {false, true}) {
+    Rig rig("1");
+    rig.Hear("a while");
+    rig.Poll(0);
+    for (const char* what : {"silence", "!A0", "silence", "silence", "silence"}) rig.Hear(what);
+    ASSERT_EQ(rig.Next(), "ended");
+    rig.Hear("a while");
+    rig.Poll(0);
+    rig.Hear(busy ? "!A0~busy" : "!A0");
+    EXPECT_EQ(rig.Next() == "PA0", !busy) << rig.Next();
+  }
+}
+
+/// A request that waits at the port for a connection has not reached the device.
+TEST(JobRunnerTest, AWriteThatNeverLeftIsUnknownOnlyIfAnEarlierTryMayHaveWritten) {
+  for (const bool retried : {false, true}) {
+    Rig rig("1");
+    rig.Write({0});
+    rig.runner().job()->step.request.expect.repeatable = retried;
+    if (retried) rig.Hear("silence");
+    ASSERT_TRUE(rig.Go());
+    rig.Hear("left");
+    Job& job = *rig.runner().job();
+    EXPECT_FALSE(job.WhyNotSend(rig.now())) << "it is under way";
+    EXPECT_EQ(job.WhyNotSend(rig.now(), true).has_value(), !retried);
+    job.NeverLeft();
+    rig.runner().OnClosed("the port is lost");
+    ASSERT_EQ(rig.results.size(), 1U);
+    EXPECT_EQ(rig.results[0].end, retried ? WriteEnd::unknown : WriteEnd::not_sent);
+  }
 }
 
 }  // namespace

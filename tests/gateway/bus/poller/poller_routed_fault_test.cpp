@@ -82,15 +82,104 @@ TEST(PollerRoutedFaults, ADamagedReadIsNotRetriedIfItsClientHasLeft) {
 }
 
 TEST(PollerRoutedFaults, ADamagedReadIsSentAgainAsOftenAsThereAreRetries) {
+  for (const Outcome outcome : {Outcome::corrupt, Outcome::partial}) {
+    RoutedLine line;
+    line.Ask("warm", kRead);
+    line.RunFor(1s);
+    line.twin(0).manner.distort = [outcome](Bytes reply) {
+      if (outcome == Outcome::corrupt) return Damaged(std::move(reply));
+      reply.resize(3);
+      return reply;
+    };
+    const std::size_t before = line.OnWire().size();
+    line.Ask("read", kRead);
+    line.RunFor(2s);
+    EXPECT_EQ(line.Of("read").outcome, outcome);
+    EXPECT_EQ(line.OnWire().size() - before, 3U);
+  }
+}
+
+TEST(PollerRoutedFaults, ADamagedProbeOfAnAbsentSlaveIsNotRepeatedAtOnce) {
+  RoutedLine line;
+  line.twin(0).manner.dead = true;
+  for (int i = 0; i < 4; ++i) {
+    line.Ask("vain", kRead);
+    line.RunFor(1s);
+  }
+  line.twin(0).manner.dead = false;
+  line.twin(0).manner.distort = Damaged;
+  const std::size_t before = line.sent.size();
+  line.Ask("probe", kRead);
+  ASSERT_TRUE(line.RunUntil([&] { return line.sent.size() > before; }, 5s));
+  line.RunFor(300ms);
+  EXPECT_EQ(line.sent.size(), before + 1);
+}
+
+// The slave answers each request with its reply to the request before.
+TEST(PollerRoutedFaults, TheReplyToALostReadIsNotGivenToTheNextRead) {
+  RoutedLine line;
+  line.Number(0, 1);
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  Bytes late;
+  line.twin(0).manner.deliver = [&](View, Bytes reply, Instant) -> Pieces {
+    return {{5ms, std::exchange(late, std::move(reply))}};
+  };
+  line.Ask("lost", kRead);
+  line.RunFor(1500ms);
+  line.Ask("next", kOther, 20, 2);
+  line.RunFor(2s);
+  EXPECT_EQ(line.Of("lost").outcome, Outcome::no_reply);
+  EXPECT_EQ(ToHex(line.Of("next").pdu), "03 02 00 02");
+}
+
+// Six replies were damaged, so six replies may answer an earlier request.
+TEST(PollerRoutedFaults, AReadWhoseReplyMayBeOlderIsRepeatedFourTimes) {
   RoutedLine line;
   line.Ask("warm", kRead);
   line.RunFor(1s);
   line.twin(0).manner.distort = Damaged;
-  const std::size_t before = line.OnWire().size();
-  line.Ask("read", kRead);
-  line.RunFor(2s);
-  EXPECT_EQ(line.Of("read").outcome, Outcome::corrupt);
-  EXPECT_EQ(line.OnWire().size() - before, 3U);
+  line.Ask("damaged", ReadOf(1));
+  line.Ask("damaged too", ReadOf(2), 20, 2);
+  line.RunFor(1500ms);
+  ASSERT_EQ(line.sent.size(), 7U);
+  line.twin(0).manner.distort = {};
+  line.Ask("next", ReadOf(3));
+  line.RunFor(1500ms);
+  EXPECT_EQ(line.Of("next").outcome, Outcome::unexpected);
+  EXPECT_EQ(line.sent.size(), 7U + 5);
+}
+
+TEST(PollerRoutedFaults, AWriteWhoseReplyMayBeOlderIsNotRepeated) {
+  RoutedLine line;
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(0).manner.dead = true;
+  line.Ask("start", kStartBlock);
+  line.RunFor(1500ms);
+  line.twin(0).manner.dead = false;
+  const std::size_t before = line.sent.size();
+  line.Ask("stop", kStopBlock);
+  line.RunFor(1500ms);
+  EXPECT_EQ(line.Of("stop").outcome, Outcome::unexpected);
+  EXPECT_EQ(line.sent.size(), before + 1);
+}
+
+// After exception 04 the slave may have changed something.
+TEST(PollerRoutedFaults, AfterAWriteThatTheSlaveDeclinesItsPointsAreNotReadAgain) {
+  for (std::uint8_t code = 1; code <= 4; ++code) {
+    RoutedLine line(DriveLine({Polled("20", 1, 1h)}), {});
+    line.RunFor(5s);
+    line.twin(0).manner.instead = [code](View request) -> std::optional<Bytes> {
+      if (request[1] != 0x06) return std::nullopt;
+      return protocols::ModbusRtuProtocol().carrier->wrap(20, Bytes{0x86, code});
+    };
+    const std::size_t before = line.sent.size();
+    line.Ask("write", kStartDrive);
+    line.RunFor(1s);
+    EXPECT_EQ(line.Of("write").outcome, Outcome::refused);
+    EXPECT_EQ(line.sent.size() > before + 1, code == 4) << int{code};
+  }
 }
 
 // The replies to both writes of function 16 are equal. A PLC could take the late reply to the start

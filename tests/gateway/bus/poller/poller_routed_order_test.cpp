@@ -193,6 +193,25 @@ TEST(PollerRoutedOrder, AWriteIsNotSentBeyondItsDeadlineOnABabblingLine) {
   EXPECT_LE(line.replies.back().at, deadline);
 }
 
+TEST(PollerRoutedOrder, OnlyAReadThatWaitsForAQuietLineLetsAStartPass) {
+  std::string preset = "10 00 00 00 09 12";
+  for (int i = 0; i < 18; ++i) preset += " 00";
+  for (const bool read : {true, false}) {
+    RoutedLine line;
+    line.Ask("warm", kRead, 20);
+    line.Ask("warm too", kRead, 21);
+    line.RunFor(1s);
+    const std::size_t before = line.sent.size();
+    for (int i = 0; i < 100; ++i) line.Inject({0x55}, i * 1ms);
+    line.RunFor(10ms);
+    line.Ask("first", read ? kRead : preset, 21);
+    line.RunFor(10ms);
+    line.Ask("start", kStartDrive, 20, 2);
+    line.RunFor(1s);
+    EXPECT_EQ(line.OnWire()[before], read ? kStartOnWire : "15 " + preset);
+  }
+}
+
 TEST(PollerRoutedOrder, NoRetryIsSentForAClientThatHasLeft) {
   RoutedLine line;
   line.twin(0).manner.distort = Damaged;
