@@ -224,7 +224,8 @@ TEST_F(ServiceTest, ClientsAreLimitedToPermittedFunctions) {
     for (int code = 1; code < 0x80; ++code) {
       const std::string hex = HexByte(static_cast<std::uint8_t>(code));
       const Answers answers = Ask(20, hex + " 00");
-      if (answers == Answers{"12 34 00 00 00 03 14 " + hex + " 00"}) codes += hex + " ";
+      const std::string refused = HexByte(static_cast<std::uint8_t>(code | 0x80));
+      if (answers != Answers{"12 34 00 00 00 03 14 " + refused + " 01"}) codes += hex + " ";
     }
     return codes;
   };
