@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <asio/error.hpp>
 #include <cerrno>
+#include <csignal>
 #include <climits>
 #include <cstring>
 #include <utility>
@@ -63,6 +64,8 @@ Result<std::string> RoleOf(const X509& certificate) {
 }
 
 Result<std::shared_ptr<const Context>> Context::Make(End end, const TlsTexts& texts) {
+  // OpenSSL calls write(), which would end the process if the other end has closed the connection.
+  ::signal(SIGPIPE, SIG_IGN);
   const bool server = end == End::server;
   SSL_CTX* const raw = SSL_CTX_new(server ? TLS_server_method() : TLS_client_method());
   if (raw == nullptr) return ContextError();
