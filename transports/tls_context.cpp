@@ -10,8 +10,8 @@
 #include <algorithm>
 #include <asio/error.hpp>
 #include <cerrno>
-#include <csignal>
 #include <climits>
+#include <csignal>
 #include <cstring>
 #include <utility>
 
