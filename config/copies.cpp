@@ -177,7 +177,8 @@ class Trial {
     }
   }
 
-  /// Removes the files of TLS, which the user of a trial can perhaps not read.
+  /// Removes the keys that name files of TLS: the trial does not use TLS, because its user perhaps
+  /// must not read the private keys.
   static void RemoveTls(YAML::Node map) {
     for (const char* key : {"certificate", "key", "ca", "client_ca"}) map.remove(key);
   }

@@ -63,21 +63,21 @@ TlsFiles ReadMutualTls(MapReader& map, bool on) {
   return files;
 }
 
-TlsFiles ReadClientTls(MapReader& map, bool on) {
+TlsFiles ReadClientTls(MapReader& map, bool on, const std::string& folder) {
   if (!on) {
     RefuseEach(map, {"ca", "certificate", "key"},
                "applies only to an address that begins with tls://; remove the key");
     return {};
   }
   TlsFiles files;
-  const std::string example = Example("modbus", "ca.pem");
+  const std::string example = Example(folder, "ca.pem");
   if (map.Need("ca", example)) files.authorities = ReadAbsolutePath(map, "ca", example);
   if (map.Has("certificate") || map.Has("key")) {
-    map.Need("certificate", Example("modbus", "client.pem"));
-    map.Need("key", Example("modbus", "client.key"));
+    map.Need("certificate", Example(folder, "client.pem"));
+    map.Need("key", Example(folder, "client.key"));
   }
-  files.certificate = ReadAbsolutePath(map, "certificate", Example("modbus", "client.pem"));
-  files.key = ReadAbsolutePath(map, "key", Example("modbus", "client.key"));
+  files.certificate = ReadAbsolutePath(map, "certificate", Example(folder, "client.pem"));
+  files.key = ReadAbsolutePath(map, "key", Example(folder, "client.key"));
   return files;
 }
 

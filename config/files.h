@@ -10,19 +10,21 @@
 
 namespace baudgate::config {
 
-/// Returns the path; empty: the key is missing, or its path is not absolute, which is an error.
+/// Returns the path in `key`. Empty: the key is missing, which is no error, or its value is not an
+/// absolute path, which is reported as an error. `example`: an absolute path for the message.
 std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::string& example);
 
-/// Reads `certificate`, `key` and `client_ca` of a server whose TLS is optional. `folder`: the
+/// Reads the optional TLS of a server: `certificate`, which needs `key`, and `client_ca`, which may
+/// be missing. Without `certificate` there is no TLS, and the other keys are errors. `folder`: the
 /// folder below /etc/baudgate in the examples of messages.
 TlsFiles ReadServerTls(MapReader& map, const std::string& folder);
 
-/// Reads `certificate`, `key` and `ca` of a server with `protocol: tls`, which needs all three.
-/// `on` is false: the keys are errors.
+/// Reads `certificate`, `key` and `ca` of a Modbus listener. `on`: the listener has `protocol:
+/// tls`, so the three keys are required. Otherwise these keys, and `roles`, are errors.
 TlsFiles ReadMutualTls(MapReader& map, bool on);
 
 /// Reads `ca`, `certificate` and `key` for a server that the gateway calls. `on`: its address
 /// begins with tls://, so `ca` is required; otherwise the keys are errors.
-TlsFiles ReadClientTls(MapReader& map, bool on);
+TlsFiles ReadClientTls(MapReader& map, bool on, const std::string& folder);
 
 }  // namespace baudgate::config

@@ -200,7 +200,8 @@ Result<std::string> ParsePort(const std::string& text) {
   }
   if (const Status zero = RefuseLeadingZeros(text, ":"); !zero) return Error{zero.error()};
   if (ParseHostPort(text.substr(kTcpScheme.size()))) return text;
-  return Error{Quoted(text) + " is not tcp://host:port; write for example tcp://10.0.0.5:4001"};
+  return Error{Quoted(text) + " is not " + text.substr(0, kTcpScheme.size()) +
+               "host:port; write for example tcp://10.0.0.5:4001"};
 }
 
 void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
@@ -268,7 +269,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   if (protocol) line.serial = protocol->serial;
   line.tcp = protocol != nullptr && protocol->tcp;
   ReadPort(map, line.tcp, line, context);
-  line.tls = ReadClientTls(map, IsTlsAddress(line.port));
+  line.tls = ReadClientTls(map, IsTlsAddress(line.port), "ports");
   if (const auto serial = map.Get("serial")) {
     line.serial = ReadSerial(*serial, line.serial, context.problems);
   }

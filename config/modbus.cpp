@@ -99,7 +99,7 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
   if (const auto server = map.Get("server")) {
     secure = ReadTargetServer(*server, listeners, route, context.problems);
   }
-  route.tls = ReadClientTls(map, secure);
+  route.tls = ReadClientTls(map, secure, "modbus");
   map.Read<&Route::remap, &Route::deadline>(route);
   route.alarms =
       ReadAlarmSetting(map, route.line.empty() ? context.alarms : lines[route.line_index].alarms);
@@ -202,16 +202,17 @@ void ReadClients(const YamlNode& node, Listener& listener, Problems& problems) {
 
 using Codes = std::bitset<128>;
 
-std::vector<std::uint8_t> ReadCodes(const YamlNode& list, Codes& known, Problems& problems) {
+std::vector<std::uint8_t> ReadCodes(const YamlNode& list, const std::string& key, Codes& known,
+                                    Problems& problems) {
   std::vector<std::uint8_t> codes;
   for (const YamlNode& node :
-       ReadSome(list, "codes", known.size(), "the list is empty; write for example [5, 6, 15, 16]",
+       ReadSome(list, key, known.size(), "the list is empty; write for example [5, 6, 15, 16]",
                 problems)) {
-    const auto code = ReadInteger(node, "codes", 1, 127, problems);
+    const auto code = ReadInteger(node, key, 1, 127, problems);
     if (!code) continue;
     codes.push_back(static_cast<std::uint8_t>(*code));
     if (known[codes.back()]) {
-      problems.Error(node.mark(), "codes: " + std::to_string(*code) + " occurs twice");
+      problems.Error(node.mark(), key + ": " + std::to_string(*code) + " occurs twice");
     }
     known.set(codes.back());
   }
@@ -225,7 +226,7 @@ void ReadFunctions(const YamlNode& node, Listener& listener, Problems& problems)
     MapReader map(one, "an entry of functions", problems);
     if (one.kind() != YamlNode::Kind::map) continue;
     const auto codes = map.Need("codes", "[5, 6, 15, 16]");
-    if (codes) functions.codes = ReadCodes(*codes, known, problems);
+    if (codes) functions.codes = ReadCodes(*codes, "codes", known, problems);
     NeedPriority(map, functions.priority);
     map.Finish();
     listener.functions.push_back(std::move(functions));
@@ -269,8 +270,9 @@ std::vector<RoleRule> ReadRules(const YamlNode& list, const std::string& role, P
     RoleRule rule;
     rule.units = ReadRanges(map, "units", 255);
     Codes known;
-    if (const auto codes = map.Get("functions"))
-      rule.functions = ReadCodes(*codes, known, problems);
+    if (const auto codes = map.Get("functions")) {
+      rule.functions = ReadCodes(*codes, "functions", known, problems);
+    }
     rule.addresses = ReadRanges(map, "addresses", 65535);
     map.Finish();
     if (map.keys().values.empty()) {

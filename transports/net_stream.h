@@ -26,7 +26,9 @@ inline asio::ip::tcp::socket SocketOf(Channel& channel, asio::io_context& io) {
   return {io, family == AF_INET6 ? asio::ip::tcp::v6() : asio::ip::tcp::v4(), owned};
 }
 
-/// Must not be moved while an operation is pending; the handlers keep it alive.
+/// The stream must exist, and must not be moved, until the handlers of its pending operations were
+/// called: each handler must keep the stream alive, for example by a shared_ptr to its owner. All
+/// calls must come from one thread.
 class NetStream {
  public:
   using Socket = asio::ip::tcp::socket;
@@ -90,6 +92,8 @@ class NetStream {
  private:
   template <typename Handler>
   void Read(asio::mutable_buffer space, Handler handler) {
+    // The number of a closed socket can belong to another connection.
+    if (!socket_.is_open()) return handler(asio::error::operation_aborted, std::size_t{0});
     const auto moved = channel_->Read({static_cast<std::uint8_t*>(space.data()), space.size()});
     if (moved.error == asio::error::would_block) {
       return async_read_some(space, std::move(handler));

@@ -111,9 +111,12 @@ class Channel {
 
   Moved Read(std::span<std::uint8_t> space);
   Moved Write(View bytes);
-  /// True if the next Read has bytes, even if no more of them arrive at the socket.
+  /// True if OpenSSL holds bytes that Read has not tried yet. Read must then be called without
+  /// waiting for the socket, which perhaps never becomes readable again. The bytes may be a part of
+  /// a record only: then Read returns would_block.
   bool HasPending() const { return !is_drained_ && SSL_has_pending(ssl_.get()) == 1; }
-  /// Announces the end of the stream to the other end, if the socket has room.
+  /// Sends close_notify, which announces the end of the stream, if the socket takes it at once.
+  /// Does not wait, and does not close the socket.
   void End();
 
   const Identity& peer() const { return peer_; }

@@ -33,8 +33,9 @@ Result<TlsTexts> ReadTls(const config::TlsFiles& files);
 /// 2027-01-01; renew it"; empty: none does.
 std::string EndsSoon(const TlsTexts& texts, WallTime now);
 
-/// Returns the host names and addresses of a certificate (subjectAltName), as WriteServerFiles
-/// takes them; empty: the file has none or cannot be read.
+/// Returns the DNS names and IP addresses (subjectAltName) of the first certificate in a PEM file,
+/// such as "gateway.example" and "10.0.0.7". Empty: the file cannot be read, or has no certificate
+/// with names.
 std::vector<std::string> NamesIn(const std::string& certificate);
 
 }  // namespace baudgate::tls

@@ -20,7 +20,8 @@
 
 namespace baudgate::tls {
 
-/// One handshake. Its handlers on the thread of the handshakes keep it alive.
+/// One handshake, which runs on the thread of the handshakes. The caller's ticket, and handlers on
+/// that thread and on the caller's loop, keep the handshake alive.
 struct Handshakes::Attempt : std::enable_shared_from_this<Attempt> {
   Attempt(asio::io_context& own, std::shared_ptr<const Context> its_context, std::string its_peer,
           asio::io_context& io, Done its_done)
@@ -228,7 +229,7 @@ Handshakes::Ticket Handshakes::Begin(int owned, std::shared_ptr<const Context> c
   ticket.attempt_ = attempt;
   if (loop == nullptr) {
     ::close(owned);
-    attempt->Fail("the system has no threads left for TLS");
+    attempt->Fail("the system has no threads or file descriptors left for TLS");
     return ticket;
   }
   asio::post(loop->thread.io(), [attempt, owned, places = loop->places] {

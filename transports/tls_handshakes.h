@@ -70,7 +70,8 @@ class Handshakes {
 
  private:
   struct Loop;
-  /// Returns the loop, which it starts if necessary; null: the system has no threads left.
+  /// Returns the loop of the handshakes; the first call starts the loop and its thread. Null: the
+  /// system has no threads or file descriptors left; the next call tries again.
   Loop* Running();
 
   Mutex mutex_;

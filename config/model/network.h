@@ -34,7 +34,8 @@ void VisitFields(const Network*, Visit visit) {
 struct TlsFiles {
   std::string certificate{};  ///< certificate of this end, with its chain
   std::string key{};          ///< private key of the certificate
-  /// Certificates of the authorities that issue the certificates of the other end.
+  /// Authorities that this end trusts, with the root. The certificate of the other end must lead to
+  /// the root. Empty for a server: its clients need no certificate.
   std::string authorities{};
 
   auto operator<=>(const TlsFiles&) const = default;

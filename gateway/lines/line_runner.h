@@ -143,7 +143,9 @@ class LineRunner final : private transports::TransportListener, private serial_s
     return since == WallTime{} ? std::nullopt : std::optional(since);
   }
 
-  // Reserve and Submit return false if too many requests are queued. Thread-safe.
+  // Reserve takes a place for a command in the queue of the line (bus::CommandSink). Submit passes
+  // a command or a routed request to the loop; a command without a place gets one first. They
+  // return false, and nothing is answered, if no place is free for the client. Thread-safe.
   bool Reserve(bus::WriteCommand& command);
   bool Submit(bus::WriteCommand command);
   bool Submit(bus::RoutedRequest request);

@@ -413,14 +413,15 @@ bool IsWithin(const std::vector<Range>& ranges, std::size_t first, std::size_t l
       ranges, [&](const Range& one) { return one.first <= first && last <= one.last; });
 }
 
-/// A part of a request: `count` registers or bits from `start`.
+/// A range of addresses in a request: `count` registers or bits from `start`.
 struct Span {
   std::size_t start;
   std::size_t count;
 };
 
-/// Returns the registers or bits that a request names. Empty: its function has no addresses, or it
-/// is too short. Source: MODBUS Application Protocol 1.1b3, chapter 6.
+/// Returns the registers or bits that a request addresses. Empty: the function is none of 1 to 6,
+/// 15, 16 and 22 to 24, or the PDU is too short; a rule with `addresses` then does not permit the
+/// request. Source: MODBUS Application Protocol 1.1b3, chapter 6.
 std::vector<Span> AddressesOf(View pdu) {
   const ByteReader reader(pdu);
   const auto span = [&](std::size_t at, std::optional<std::size_t> count) -> std::optional<Span> {

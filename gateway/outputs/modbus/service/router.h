@@ -68,7 +68,8 @@ class RouteTargets {
   std::span<const Line> lines() const { return lines_; }
 
  private:
-  /// Host, port and the files of TLS of a remote server.
+  /// Host and port of a remote server, and the paths of the files with which the gateway calls the
+  /// server over TLS. Routes with equal keys share one Upstream.
   using ServerKey = std::tuple<std::string, std::uint16_t, config::TlsFiles>;
 
   void LinkLines(std::span<bus::RouteTarget* const> lines);
