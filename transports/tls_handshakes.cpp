@@ -3,7 +3,6 @@
 
 #include <openssl/err.h>
 #include <openssl/x509v3.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -208,10 +207,6 @@ Handshakes::Loop* Handshakes::Running() {
   if (loop_) return loop_.get();
   try {
     auto loop = std::make_unique<Loop>();
-    asio::post(loop->thread.io(), [] {
-      // A flood of handshakes must not take processor time from the lines.
-      (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 10);
-    });
     loop->thread.Start();
     loop_ = std::move(loop);
   } catch (const std::system_error&) {

@@ -169,18 +169,11 @@ bool LineRunner::StopBefore(Instant deadline) {
   return true;
 }
 
-bool LineRunner::Reserve(bus::WriteCommand& command) {
-  if (command.place) return true;
-  const auto ticket = queued_->Take(command.client, command.abandoned);
-  if (!ticket) return false;
-  // The command can live longer than this line, because it waits for its record.
-  command.place = std::shared_ptr<void>(
-      queued_.get(), [room = queued_, ticket = *ticket](void*) { room->Give(ticket); });
-  return true;
-}
-
 bool LineRunner::Submit(bus::WriteCommand command) {
-  if (!Reserve(command)) return false;
+  const auto ticket = queued_.Take(command.client, command.abandoned);
+  if (!ticket) return false;
+  command.observers.push_back(
+      [this, ticket = *ticket](const WriteResult&) { queued_.Give(ticket); });
   Post([command = std::move(command)](LineParts& line, Now now) mutable {
     line.Submit(std::move(command), now);
   });

@@ -143,10 +143,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
     return since == WallTime{} ? std::nullopt : std::optional(since);
   }
 
-  // Reserve takes a place for a command in the queue of the line (bus::CommandSink). Submit passes
-  // a command or a routed request to the loop; a command without a place gets one first. They
-  // return false, and nothing is answered, if no place is free for the client. Thread-safe.
-  bool Reserve(bus::WriteCommand& command);
+  // Submit returns false if too many requests are queued. Thread-safe.
   bool Submit(bus::WriteCommand command);
   bool Submit(bus::RoutedRequest request);
 
@@ -198,8 +195,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
   LineServers servers_;
   asio::steady_timer offer_end_;
   // Counts commands that were submitted and not answered yet.
-  const std::shared_ptr<bus::CommandRoom> queued_ =
-      std::make_shared<bus::CommandRoom>(bus::Poller::kQueueLimit);
+  bus::CommandRoom queued_{bus::Poller::kQueueLimit};
   // Counts routed requests that were submitted and not answered yet.
   FairPlaces routed_{bus::RouteQueue::kLimit};
   std::atomic<WallTime> stuck_since_ = WallTime{};

@@ -288,14 +288,6 @@ void Lines::OnLoop(const LoopWatch::Change& change) {
             line.port);
 }
 
-bool LineDispatcher::Reserve(bus::WriteCommand& command) {
-  bool has_room = true;  // Submit reports a line that is not there
-  lines_.OfDevice(command.device).With([&](LineRunner& runner) {
-    has_room = runner.Reserve(command);
-  });
-  return has_room;
-}
-
 bool LineDispatcher::Submit(bus::WriteCommand command) {
   const std::uint32_t device = command.device;
   const bool writes = !command.writes().empty();

@@ -182,7 +182,6 @@ class LineDispatcher final : public bus::CommandSink, public LineControl {
   LineDispatcher(bus::PointStore& store, const config::Catalog& catalog, const Lines& lines)
       : store_(store), catalog_(catalog), lines_(lines) {}
 
-  bool Reserve(bus::WriteCommand& command) override;
   bool Submit(bus::WriteCommand command) override;
   void OnNotTaken(const bus::DeniedWrite& denied) override;
 

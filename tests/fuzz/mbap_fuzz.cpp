@@ -60,7 +60,12 @@ void AnswerFrame(modbus::OwnUnits& units, View frame) {
     return;
   }
   Bytes answer;
-  units.responder().Append(request, answer);
+  if (modbus::IsPlainWrite(modbus::FunctionOf(frame))) {
+    answer = modbus::AduOf(modbus::TransactionOf(frame), modbus::UnitOf(frame),
+                           modbus::PduOf(frame).first(modbus::kWriteReply));
+  } else {
+    units.responder().Append(request, answer);
+  }
   CheckModbusAnswer(frame, answer);
 }
 

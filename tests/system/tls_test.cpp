@@ -138,6 +138,7 @@ TEST_F(Tls, APortIsServedToForeignPrograms) {
                        "\", certificate: " + File("ports", "gateway.pem") +
                        ", key: " + File("ports", "gateway.key") +
                        ", client_ca: " + File("ports", "ca.pem") + " }\n");
+  ASSERT_TRUE(EventuallyLogged(*daemon, "clients can connect to the port"));
   {
     const RawClient plain(line_);
     plain.Send("$01M\r");

@@ -138,10 +138,8 @@ struct WriteCommand {
   /// request that may write was sent, the command continues to its end. Null: the client always
   /// waits.
   std::shared_ptr<const std::atomic<bool>> abandoned;
-  /// The place in the queue of the line; see CommandSink::Reserve. Null: none was reserved.
-  std::shared_ptr<void> place{};
   using Ended = std::function<void(const WriteResult&)>;
-  /// The audit. End calls them before `done`, the last one first.
+  /// The audit and CommandRoom. End calls them before `done`, the last one first.
   std::vector<Ended> observers{};
   Ended done;
 
@@ -167,7 +165,6 @@ struct WriteCommand {
   void End(const WriteResult& result) {
     assert(MayEnd(state, result.end));
     MoveTo(WriteState::ended);
-    place.reset();
     for (std::size_t i = observers.size(); i-- > 0;) observers[i](result);
     done(result);
   }
@@ -193,10 +190,6 @@ struct DeniedWrite {
 class CommandSink {
  public:
   virtual ~CommandSink() = default;
-  /// Takes a place for the command in the queue of its line, so that the command can be recorded
-  /// before it is submitted. The place is given back when the command ends. Returns false if the
-  /// queue is full. Can be called from any thread.
-  virtual bool Reserve(WriteCommand&) { return true; }
   /// Takes a command. Can be called from any thread. Returns false if the queue of the line is full
   /// or the line is stopping; `End` is not called then.
   virtual bool Submit(WriteCommand command) = 0;

@@ -48,8 +48,6 @@ namespace {
 /// The record of a telegram has this text in place of a point's name.
 constexpr const char* kTelegramPoint = "telegram";
 
-constexpr const char* kLineFull = "not sent, because too many writes wait for this line; try again";
-
 /// If a command writes several points, only its first point is reported.
 bus::DeniedWrite NotTaken(const bus::WriteCommand& command, WriteEnd end) {
   bus::DeniedWrite denied{
@@ -81,15 +79,9 @@ bool AuditedWrites::Submit(bus::WriteCommand command) {
   // even if several threads submit.
   const MutexLock lock(mutex_);
   if (stop_) return false;
-  // The place in the line is taken before the record is begun, because denied writes share a
-  // record, but a record that was begun cannot be joined with another one.
-  if (!inner_.Reserve(command)) {
-    NoteBusy(command, kLineFull, now);
-    return false;
-  }
   const auto place = room_.Take(command.client, command.abandoned);
   if (!place) {
-    NoteBusy(command, "not sent, because too many writes wait to be recorded", now);
+    NoteBusy(command, now);
     return false;
   }
   Waiting waiting;
@@ -154,11 +146,11 @@ std::vector<WriteRecord> AuditedWrites::RecordsOf(const bus::WriteCommand& comma
   return records;
 }
 
-void AuditedWrites::NoteBusy(const bus::WriteCommand& command, const char* why, Now now) {
+void AuditedWrites::NoteBusy(const bus::WriteCommand& command, Now now) {
   for (WriteRecord& record : RecordsOf(command, now)) {
     record.kind = Kind::denied;
     record.end = WriteEnd::busy;
-    record.reason = why;
+    record.reason = "not sent, because too many writes wait to be recorded";
     log_.Note(std::move(record), now.instant);
   }
   inner_.OnNotTaken(NotTaken(command, WriteEnd::busy));
@@ -198,7 +190,9 @@ bool AuditedWrites::HandOn() {
         {.end = WriteEnd::denied,
          .reason = "not sent, because the write cannot be recorded (audit: require): " + why});
   } else if (!inner_.Submit(next->command)) {
-    next->command.End({.end = WriteEnd::busy, .reason = kLineFull});
+    next->command.End(
+        {.end = WriteEnd::busy,
+         .reason = "not sent, because too many writes wait for this line; try again"});
   }
   return true;
 }

@@ -120,7 +120,6 @@ class WriteLog {
 //   Submit(w) → Begin(record of w) → written → inner.Submit(w) → w.End(ok) → End(record, ok)
 //                                  → not written, require      → w.End(denied)
 //                                  → not written, best_effort  → inner.Submit(w)
-//   Submit(w), the line is full    → busy; Note(record), which repeats of the client share
 class AuditedWrites final : public bus::CommandSink {
  public:
   /// The longest time that a command waits for its record. It waits in a queue, so neither the line
@@ -164,7 +163,7 @@ class AuditedWrites final : public bus::CommandSink {
   /// Makes a record with the names of line, device and point. `point` empty: the record is for a
   /// telegram.
   WriteRecord Named(Kind kind, std::uint32_t device, std::optional<std::uint32_t> point) const;
-  void NoteBusy(const bus::WriteCommand& command, const char* why, Now now);
+  void NoteBusy(const bus::WriteCommand& command, Now now);
 
   const bus::PointStore& store_;
   bus::CommandSink& inner_;

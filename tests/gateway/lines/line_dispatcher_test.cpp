@@ -113,28 +113,6 @@ TEST_F(LineDispatcherTest, AFullQueueIsBusyAndCounted) {
   EXPECT_FALSE(result_);
 }
 
-TEST_F(LineDispatcherTest, AReservedPlaceIsGivenBackByTheEndOfTheCommandOrWithIt) {
-  const auto reserve = [this](std::vector<bus::WriteCommand>& commands) {
-    bus::WriteCommand command;
-    command.client = "user:anna";
-    command.done = [](const WriteResult&) {};
-    if (!dispatcher_->Reserve(command)) return false;
-    commands.push_back(std::move(command));
-    return true;
-  };
-  std::vector<bus::WriteCommand> commands;
-  while (commands.size() < 1000 && reserve(commands)) {
-  }
-  EXPECT_EQ(commands.size(), 16U);
-  EXPECT_EQ(Counted(WriteEnd::busy), 0U) << "the audit counts it";
-  EXPECT_TRUE(dispatcher_->Reserve(commands.back())) << "it has a place";
-  commands.back().End({.end = WriteEnd::not_sent});
-  EXPECT_TRUE(reserve(commands));
-  EXPECT_FALSE(reserve(commands));
-  const auto ended = lines_->at(0).Take();
-  commands.clear();
-}
-
 TEST_F(LineDispatcherTest, RefusedCommandsAreCountedByTheirEnd) {
   dispatcher_->OnNotTaken({.client = "user:anna", .point = 0});
   dispatcher_->OnNotTaken({.client = "user:anna", .point = 0, .end = WriteEnd::busy});

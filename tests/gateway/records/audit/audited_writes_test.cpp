@@ -7,7 +7,6 @@
 
 #include <thread>
 
-#include "gateway/records/audit/audit_log.h"
 #include "tests/gateway/records/audit/fixture.h"
 #include "tests/gateway/records/audit/remembering_log.h"
 
@@ -18,14 +17,12 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 struct Lines final : bus::CommandSink {
-  bool Reserve(bus::WriteCommand&) override { return has_place; }
   bool Submit(bus::WriteCommand command) override {
     if (full) return false;
     commands.push_back(std::move(command));
     return true;
   }
   void OnNotTaken(const bus::DeniedWrite& one) override { denied += one.point ? 1 : 0; }
-  bool has_place = true;
   bool full = false;
   int denied = 0;
   std::vector<bus::WriteCommand> commands;
@@ -189,28 +186,6 @@ TEST_F(AuditedWritesTest, AFullLineIsRecordedAsBusy) {
   ASSERT_EQ(results_.size(), 1U);
   EXPECT_EQ(results_[0].end, WriteEnd::busy);
   EXPECT_THAT(Ends(), ElementsAre("busy"));
-}
-
-TEST_F(AuditedWritesTest, BusyWritesOfAHostShareOneRecord) {
-  Make();
-  lines_.has_place = false;
-  for (int i = 0; i < 1000; ++i) {
-    bus::WriteCommand command = Command();
-    command.client = "192.0.2.5:" + std::to_string(40000 + i % 40);
-    ASSERT_FALSE(writes_->Submit(std::move(command)));
-  }
-  EXPECT_TRUE(log_.begun.empty()) << "a record that was begun cannot be joined with another one";
-  EXPECT_EQ(lines_.denied, 1000) << "who counts";
-  AuditBook book;
-  Repeats repeats(book);
-  for (const WriteRecord& record : log_.noted) repeats.Add(record, now_);
-  ASSERT_EQ(book.Due().size(), 1U) << "one at once";
-  repeats.Tick(now_ + Repeats::kWindow);
-  const auto due = book.Due();
-  ASSERT_EQ(due.size(), 1U);
-  EXPECT_EQ(due[0].record.count, 1000U);
-  EXPECT_EQ(due[0].record.end, WriteEnd::busy);
-  EXPECT_THAT(due[0].record.reason, HasSubstr("too many writes wait for this line"));
 }
 
 TEST_F(AuditedWritesTest, TooManyWaitingWritesAreRefusedAndRecorded) {
