@@ -112,7 +112,7 @@ class HostileWrites : public RouteStation {
   void Flood(unsigned seed) {
     Attack attack(seed);
     while (!stop_) {
-      const RawClient client(port());
+      const RawClient client(port(), "127.0.0.2");  // another host than that of the good client
       ++connections_;
       while (!stop_ && SendWhole(client, attack.Next())) {
         ++sent_;
@@ -123,7 +123,7 @@ class HostileWrites : public RouteStation {
   void Litter(unsigned seed) {
     Attack attack(seed);
     while (!stop_) {
-      const RawClient client(port());
+      const RawClient client(port(), "127.0.0.2");  // another host than that of the good client
       for (int i = 0; i < 50 && !stop_ && client.SendSome(attack.Half()); ++i) {
         for (int k = 0; k < 20 && client.SendSome(FrameOf(attack.Next())); ++k) {
         }
