@@ -167,10 +167,6 @@ Duration SweepPeriodOf(const config::Listener& listener, const ModbusLimits& lim
   return listener.speaks_serial() ? std::min(period, kSerialSweep) : period;
 }
 
-}  // namespace
-
-namespace {
-
 std::unique_ptr<tls::ContextFiles> TlsOf(const config::Listener& listener) {
   if (listener.protocol != config::Listener::Protocol::tls) return nullptr;
   return std::make_unique<tls::ContextFiles>(tls::End::server, listener.tls);

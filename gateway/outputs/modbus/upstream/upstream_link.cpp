@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/upstream/upstream_link.h"
 
-#include <netinet/tcp.h>
-#include <sys/socket.h>
-
 #include <asio/buffer.hpp>
 #include <asio/connect.hpp>
 #include <asio/error.hpp>
 #include <asio/post.hpp>
 #include <utility>
+
+#include "transports/listen_socket.h"
 
 namespace baudgate::modbus {
 
@@ -53,20 +52,6 @@ namespace {
 
 using asio::ip::tcp;
 
-/// Sets timeouts so that the loss of a server that vanishes silently is detected within half a
-/// minute.
-void WatchPeer(tcp::socket& socket) {
-  const auto set = [fd = socket.native_handle()](int level, int name, auto value) {
-    (void)setsockopt(fd, level, name, &value, sizeof value);
-  };
-  set(IPPROTO_TCP, TCP_NODELAY, 1);
-  set(SOL_SOCKET, SO_KEEPALIVE, 1);
-  set(IPPROTO_TCP, TCP_KEEPIDLE, 10);
-  set(IPPROTO_TCP, TCP_KEEPINTVL, 5);
-  set(IPPROTO_TCP, TCP_KEEPCNT, 3);
-  set(IPPROTO_TCP, TCP_USER_TIMEOUT, 15'000U);
-}
-
 }  // namespace
 
 void UpstreamConnection::Open(const std::string& host, std::uint16_t port,
@@ -101,7 +86,7 @@ void UpstreamConnection::Connect(const std::vector<tcp::endpoint>& endpoints) {
       [self = shared_from_this()](const asio::error_code& error, const tcp::endpoint&) {
         if (self->owner_ == nullptr) return;
         if (error) return self->owner_->OnBroken("cannot be reached: " + error.message());
-        WatchPeer(*self->connecting_);
+        transports::KeepWatch(self->connecting_->native_handle());
         if (self->tls_) return self->BeginTls();
         self->stream_ = tls::NetStream(std::move(*self->connecting_));
         self->Begin();
