@@ -252,7 +252,7 @@ class TcpClient final : public Transport {
   TcpClient(std::string port, const config::SerialSettings& serial, const config::TlsFiles& tls,
             asio::io_context& io, TransportListener& listener, HostNames& names)
       : port_(std::move(port)),
-        tls_(tls::End::client, tls),
+        tls_(std::make_shared<tls::ContextFiles>(tls::End::client, tls)),
         serial_(serial),
         io_(io),
         listener_(listener),
@@ -320,7 +320,7 @@ class TcpClient final : public Transport {
   void AwaitAcknowledgement();
 
   const std::string port_;
-  tls::ContextFiles tls_;
+  const std::shared_ptr<tls::ContextFiles> tls_;
   config::SerialSettings serial_;
   asio::io_context& io_;
   TransportListener& listener_;
@@ -423,13 +423,11 @@ void TcpClient::OnConnected(const AttemptPtr& attempt) {
 }
 
 void TcpClient::BeginTls(const AttemptPtr& attempt) {
-  auto context = tls_.Current();
-  if (!context) return Fail("cannot connect to " + port_ + ": " + context.error());
   std::error_code failed;
   const int owned = attempt->socket.release(failed);
   attempt->is_connected = true;
   attempt->handshake = tls::Handshakes::OfProcess().Begin(
-      owned, std::move(*context), attempt->host, io_,
+      owned, tls_, attempt->host, io_,
       [attempt](Result<std::unique_ptr<tls::Channel>> result) {
         TcpClient* const owner = attempt->owner;
         if (owner == nullptr) return;

@@ -69,7 +69,7 @@ Result<std::shared_ptr<const Context>> Context::Make(End end, const TlsTexts& te
   const bool server = end == End::server;
   SSL_CTX* const raw = SSL_CTX_new(server ? TLS_server_method() : TLS_client_method());
   if (raw == nullptr) return ContextError();
-  auto context = std::make_shared<const Context>(end, raw);
+  auto context = std::make_shared<const Context>(raw);
   SSL_CTX_set_min_proto_version(raw, TLS1_2_VERSION);
   SSL_CTX_set_options(raw, SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION | SSL_OP_NO_TICKET |
                                SSL_OP_CIPHER_SERVER_PREFERENCE);
@@ -91,6 +91,8 @@ Result<std::shared_ptr<const Context>> Context::Make(End end, const TlsTexts& te
     }
   }
   if (texts.authorities.empty()) return context;
+  // Every certificate in the file is trusted: an intermediate authority without its root, too.
+  X509_STORE_set_flags(SSL_CTX_get_cert_store(raw), X509_V_FLAG_PARTIAL_CHAIN);
   for (const Certificate& authority : ParseCertificates(texts.authorities)) {
     if (X509_STORE_add_cert(SSL_CTX_get_cert_store(raw), authority.get()) != 1 ||
         (server && SSL_CTX_add_client_CA(raw, authority.get()) != 1)) {

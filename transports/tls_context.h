@@ -56,13 +56,11 @@ class Context {
   /// key may be missing. TLS 1.2 and 1.3 are spoken; no session is resumed, because a resumed
   /// session would not be verified again.
   static Result<std::shared_ptr<const Context>> Make(End end, const TlsTexts& texts);
-  Context(End end, SSL_CTX* owned) : end_(end), context_(owned) {}
+  explicit Context(SSL_CTX* owned) : context_(owned) {}
 
-  End end() const { return end_; }
   SSL_CTX* get() const { return context_.get(); }
 
  private:
-  End end_;
   std::unique_ptr<SSL_CTX, Freed<SSL_CTX_free>> context_;
 };
 
@@ -71,7 +69,7 @@ class ContextFiles {
  public:
   ContextFiles(End end, config::TlsFiles files) : end_(end), files_(std::move(files)) {}
 
-  const config::TlsFiles& files() const { return files_; }
+  End end() const { return end_; }
   /// Returns the context of the files. If a file has changed since the last call, the files are
   /// read again; if they are wrong then, the log gets a warning, and the old context stays. Error:
   /// the files have been wrong since the start (ReadTls).

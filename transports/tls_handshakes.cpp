@@ -22,11 +22,11 @@ namespace baudgate::tls {
 /// One handshake, which runs on the thread of the handshakes. The caller's ticket, and handlers on
 /// that thread and on the caller's loop, keep the handshake alive.
 struct Handshakes::Attempt : std::enable_shared_from_this<Attempt> {
-  Attempt(asio::io_context& own, std::shared_ptr<const Context> its_context, std::string its_peer,
+  Attempt(asio::io_context& own, std::shared_ptr<ContextFiles> its_files, std::string its_peer,
           asio::io_context& io, Done its_done)
       : socket(own),
         deadline(own),
-        context(std::move(its_context)),
+        files(std::move(its_files)),
         peer(std::move(its_peer)),
         caller(&io),
         done(std::move(its_done)) {}
@@ -44,7 +44,7 @@ struct Handshakes::Attempt : std::enable_shared_from_this<Attempt> {
 
   asio::posix::stream_descriptor socket;
   asio::steady_timer deadline;
-  const std::shared_ptr<const Context> context;
+  const std::shared_ptr<ContextFiles> files;
   const std::string peer;
   std::unique_ptr<SSL, Freed<SSL_free>> ssl;
   std::shared_ptr<FairPlaces> places;  // null: the attempt has no place
@@ -89,16 +89,18 @@ Identity IdentityOf(SSL* ssl) {
 }  // namespace
 
 void Handshakes::Attempt::Start(const std::shared_ptr<FairPlaces>& shared) {
-  const bool server = context->end() == End::server;
+  const bool server = files->end() == End::server;
   if (server) {
     if (!shared->Take(HostNumberOf(peer), 1)) {
       return Fail("too many of its TLS handshakes are unfinished");
     }
     places = shared;
   }
+  const auto context = files->Current();
+  if (!context) return Fail(context.error());
   asio::error_code failed;
   socket.non_blocking(true, failed);
-  ssl.reset(SSL_new(context->get()));
+  ssl.reset(SSL_new((*context)->get()));
   if (failed || !ssl || SSL_set_fd(ssl.get(), socket.native_handle()) != 1 ||
       (!server && !ExpectName(ssl.get(), peer))) {
     ERR_clear_error();
@@ -142,6 +144,10 @@ std::string Handshakes::Attempt::WhyNot(int error) {
   const char* const text = ERR_reason_error_string(code);
   const std::string said = text == nullptr ? "the connection was closed" : text;
   ERR_clear_error();
+  if (verified == X509_V_ERR_HOSTNAME_MISMATCH || verified == X509_V_ERR_IP_ADDRESS_MISMATCH) {
+    return "its certificate does not contain the name '" + peer +
+           "'; call it by a name in its certificate, or renew the certificate with this name";
+  }
   if (reason == SSL_R_CERTIFICATE_VERIFY_FAILED) {
     return std::string("its certificate is not valid: ") + X509_verify_cert_error_string(verified);
   }
@@ -215,11 +221,11 @@ Handshakes::Loop* Handshakes::Running() {
   return loop_.get();
 }
 
-Handshakes::Ticket Handshakes::Begin(int owned, std::shared_ptr<const Context> context,
+Handshakes::Ticket Handshakes::Begin(int owned, std::shared_ptr<ContextFiles> files,
                                      const std::string& peer, asio::io_context& io, Done done) {
   Loop* const loop = Running();
   auto attempt = std::make_shared<Attempt>(loop != nullptr ? loop->thread.io() : io,
-                                           std::move(context), peer, io, std::move(done));
+                                           std::move(files), peer, io, std::move(done));
   Ticket ticket;
   ticket.attempt_ = attempt;
   if (loop == nullptr) {

@@ -55,9 +55,10 @@ class Handshakes {
   };
 
   /// Begins the handshake on the connected TCP socket `owned`. `done` is called once, on the thread
-  /// of `io`, never inside this call. `peer`: the address of a client, for the share of its host,
-  /// or the name or address of a server, which its certificate must contain.
-  [[nodiscard]] Ticket Begin(int owned, std::shared_ptr<const Context> context,
+  /// of `io`, never inside this call. `files` are looked at on the thread of the handshakes, so a
+  /// disk that does not answer delays only new connections. `peer`: the address of a client, for
+  /// the share of its host, or the name or address of a server, which its certificate must contain.
+  [[nodiscard]] Ticket Begin(int owned, std::shared_ptr<ContextFiles> files,
                              const std::string& peer, asio::io_context& io, Done done);
 
   /// Returns the instance that the whole process shares.

@@ -145,8 +145,10 @@ void Daemon::Impl::TellUnsettled(const std::set<audit::Target>& devices) {
 void Daemon::Impl::MakeLines() {
   lines::LineParts::Links links{
       .memory = records.memory(), .events = records.events(), .foreign = catalog.ForeignRules()};
+  links.loans.journal = &journal;
   if (records::WritePath* const writes = records.write_path()) {
-    links.loans = {&writes->log(), config.audit == config::Audit::require};
+    links.loans.log = &writes->log();
+    links.loans.required = config.audit == config::Audit::require;
   }
   if (const auto folder = records::Recordings::FolderOf(config); !folder.empty()) {
     recordings = std::make_unique<records::Recordings>(folder, kVersion,

@@ -174,6 +174,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
               const std::string& why, Now now) override;
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
+  void OnArrival(const Arrival& arrival, Now now) override { line_.loan.OnArrival(arrival, now); }
 
   template <typename Call>
   void Handle(Call call) {

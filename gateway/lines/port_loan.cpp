@@ -256,6 +256,17 @@ bus::PortService* PortLoan::ServiceAt(bus::LineStatus& status, const std::string
   return found == status.services.end() ? nullptr : &*found;
 }
 
+void PortLoan::OnArrival(const Arrival& arrival, Now now) {
+  audit::SecurityJournal* const journal = links_.records.journal;
+  if (journal == nullptr) return;
+  const std::string port = "port of line " + links_.config.name + " at " + arrival.place;
+  journal->NoteHost(arrival.peer, port, now.wall);
+  if (!arrival.has_tls) return;
+  journal->Note({"login", arrival.who, HostOf(arrival.peer), port,
+                 arrival.why_not.empty() ? "ok" : arrival.why_not},
+                now.wall);
+}
+
 void PortLoan::OnListening(const std::string& place, const std::string& trouble, Now /*now*/) {
   links_.store.UpdateLine(number_, [&](bus::LineStatus& status) {
     if (bus::PortService* const service = ServiceAt(status, place)) service->trouble = trouble;

@@ -19,6 +19,7 @@
 #include "gateway/bus/points/point_store.h"
 #include "gateway/lines/serial_server/session.h"
 #include "gateway/records/audit/audited_writes.h"
+#include "gateway/records/audit/security_journal.h"
 #include "transports/transport.h"
 
 namespace baudgate::lines {
@@ -26,6 +27,7 @@ namespace baudgate::lines {
 struct LoanRecords {
   audit::WriteLog* log = nullptr;  ///< null: loans are not recorded
   bool required = false;           ///< true: a loan that cannot be recorded is refused
+  audit::SecurityJournal* journal = nullptr;  ///< null: arrivals of clients are not recorded
 };
 
 class PortLoan final : public serial_server::PortOwner {
@@ -65,6 +67,7 @@ class PortLoan final : public serial_server::PortOwner {
   void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
               const std::string& why, Now now) override;
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
+  void OnArrival(const Arrival& arrival, Now now) override;
   void Serve(const config::PortServer& server) { ShowService(server, std::nullopt); }
   /// Shows the server of `release --tcp` in the status, for `time`. The next client gets the port
   /// without a wait for polls (State::waits).

@@ -6,6 +6,7 @@
 #include <openssl/pem.h>
 #include <openssl/x509v3.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <asio/error.hpp>
@@ -15,6 +16,7 @@
 #include <asio/read.hpp>
 #include <asio/write.hpp>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <optional>
 
@@ -84,12 +86,8 @@ class TlsTest : public ::testing::Test {
     return {folder_.In(name + ".pem"), folder_.In(name + ".key"), folder_.In(authority)};
   }
 
-  std::shared_ptr<const Context> Made(End end, const config::TlsFiles& files) const {
-    const auto texts = ReadTls(files);
-    EXPECT_TRUE(texts) << texts.error();
-    const auto context = Context::Make(end, texts ? *texts : TlsTexts{});
-    EXPECT_TRUE(context);
-    return context ? *context : nullptr;
+  static std::shared_ptr<ContextFiles> Made(End end, const config::TlsFiles& files) {
+    return std::make_shared<ContextFiles>(end, files);
   }
 
   /// Runs the handshake over `server_socket` and `client_socket`.
@@ -196,7 +194,7 @@ TEST_F(TlsTest, AServerMustHaveTheNameThatWasCalledAndItsAuthority) {
   for (const char* name : {"gate.example.com", "127.0.0.2"}) {
     Shake(Files("gateway"), Files("viewer"), name);
     ASSERT_FALSE(*client_) << name;
-    EXPECT_THAT(client_->error(), HasSubstr("mismatch"));
+    EXPECT_THAT(client_->error(), HasSubstr("does not contain the name '" + std::string(name)));
   }
   Shake(Files("gateway"), Files("viewer", "other/ca.pem"));
   ASSERT_FALSE(*client_);
@@ -321,6 +319,25 @@ TEST_F(TlsTest, ATicketThatIsGivenUpCallsNothing) {
   io_.poll();
 }
 
+// A pipe stands for a disk that does not answer.
+TEST_F(TlsTest, FilesThatCannotBeReadNowDelayOnlyTheHandshake) {
+  const std::string authority = folder_.In("slow.pem");
+  ASSERT_EQ(::mkfifo(authority.c_str(), 0600), 0);
+  int pair[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair), 0);
+  const auto ticket = handshakes_.Begin(
+      pair[0], Made(End::server, Files("gateway", "slow.pem")), "10.0.0.7:4000", io_,
+      [this](ChannelResult result) { server_ = std::move(result); });
+  io_.poll();
+  EXPECT_FALSE(server_) << "the caller goes on while the file is read";
+  std::ofstream(authority) << "no certificate";
+  const auto guard = asio::make_work_guard(io_);
+  io_.restart();
+  while (!server_) io_.run_one();
+  EXPECT_THAT(WhyRefused(), HasSubstr("slow.pem contains no certificate"));
+  ::close(pair[1]);
+}
+
 TEST_F(TlsTest, ChangedFilesAreUsedAndWrongOnesAreNot) {
   ContextFiles files(End::server, Files("gateway"));
   const auto first = files.Current();
@@ -390,6 +407,11 @@ TEST_F(TlsTest, TheChainIsSentAndAccepted) {
     EXPECT_EQ(server_->ok(), whole);
     EXPECT_EQ(client_->ok(), whole);
   }
+  // The file of the authorities has the intermediate authority only.
+  pki::testing::WriteText(folder_.In("middle.pem"), middle.certificate);
+  Shake(Files("server", "middle.pem"), Files("client", "middle.pem"));
+  EXPECT_TRUE(server_->ok());
+  EXPECT_TRUE(client_->ok());
 }
 
 TEST_F(TlsTest, TheEndOfTheFirstCertificateCounts) {

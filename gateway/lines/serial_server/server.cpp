@@ -86,7 +86,7 @@ Server::Server(asio::io_context& io, config::PortServer config, Use use, std::st
       line_(std::move(line)),
       owner_(owner),
       io_(io),
-      tls_(tls::End::server, config_.tls),
+      tls_(std::make_shared<tls::ContextFiles>(tls::End::server, config_.tls)),
       acceptor_(io),
       look_(io),
       retry_(io),
@@ -123,7 +123,7 @@ void Server::Look() {
 
 Status Server::Listen() {
   if (config_.tls.on()) {
-    if (const auto context = tls_.Current(); !context) return Error{context.error()};
+    if (const auto context = tls_->Current(); !context) return Error{context.error()};
   }
   asio::error_code failed;
   const auto address = asio::ip::make_address(config_.at.host, failed);
@@ -216,6 +216,7 @@ void Server::Welcome(tcp::socket socket) {
   const tcp::endpoint peer = socket.remote_endpoint(gone);
   if (gone) return;
   if (config_.tls.on()) return BeginTls(std::move(socket), peer);
+  owner_.OnArrival({.peer = NameOf(peer), .place = config_.Address()}, ReadClocks());
   Admit(tls::NetStream(std::move(socket)), peer);
 }
 
@@ -227,15 +228,19 @@ void Server::Refuse(const tcp::endpoint& peer, const std::string& why) {
 
 void Server::BeginTls(tcp::socket socket, const tcp::endpoint& peer) {
   if (const auto why = WhyNot(peer)) return Refuse(peer, *why);
-  auto context = tls_.Current();
-  if (!context) return Refuse(peer, context.error());
   asio::error_code failed;
   const int owned = socket.release(failed);
   const std::uint64_t number = next_newcomer_++;
   newcomers_[number] = tls::Handshakes::OfProcess().Begin(
-      owned, std::move(*context), NameOf(peer), io_,
+      owned, tls_, NameOf(peer), io_,
       [this, number, peer](Result<std::unique_ptr<tls::Channel>> result) {
         newcomers_.erase(number);
+        owner_.OnArrival({.peer = NameOf(peer),
+                          .place = config_.Address(),
+                          .has_tls = true,
+                          .who = result ? (*result)->peer().Name() : "",
+                          .why_not = result ? "" : result.error()},
+                         ReadClocks());
         if (!result) return Refuse(peer, result.error());
         tcp::socket secured = tls::SocketOf(**result, io_);
         Admit(tls::NetStream(std::move(secured), std::move(*result)), peer);

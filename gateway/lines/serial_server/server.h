@@ -129,7 +129,7 @@ class Server final : public PortUser {
   const std::string line_;
   PortOwner& owner_;
   asio::io_context& io_;
-  tls::ContextFiles tls_;
+  const std::shared_ptr<tls::ContextFiles> tls_;
   // The clients whose TLS handshake has not ended, by number.
   std::map<std::uint64_t, tls::Handshakes::Ticket> newcomers_;
   std::uint64_t next_newcomer_ = 0;

@@ -121,6 +121,15 @@ class PortOwner {
   /// Reports that clients can connect at `place`, or, in `trouble`, why they cannot. The server
   /// retries.
   virtual void OnListening(const std::string& place, const std::string& trouble, Now now) = 0;
+  /// Reports a client that has connected: its address, and the result of its TLS handshake.
+  struct Arrival {
+    std::string peer;
+    std::string place;         ///< where it has connected, "10.0.0.1:4001"
+    bool has_tls = false;      ///< the port is encrypted
+    std::string who{};         ///< the owner of its certificate; empty: it has none
+    std::string why_not{};     ///< why the handshake failed; empty: it succeeded
+  };
+  virtual void OnArrival(const Arrival& arrival, Now now) = 0;
 
  protected:
   ~PortOwner() = default;

@@ -302,7 +302,7 @@ void Access::SetHistory(bool kept) {
 std::optional<Response> Access::Refuse(const Request& request, const Now& now) {
   const auto its = web();
   if (auto refused = Refusal(*its, request)) return refused;
-  NoteHost(*its, request, now);
+  if (journal_ != nullptr) journal_->NoteHost(request.client(), "web " + its->Address(), now.wall);
   const std::string_view method = IsPost(request.path) ? "POST" : "GET";
   if (request.method != method) {
     Response wrong = Problem(405, request.path + " needs the method " + std::string(method));
@@ -311,19 +311,6 @@ std::optional<Response> Access::Refuse(const Request& request, const Now& now) {
   }
   if (request.path == kLogin) return std::nullopt;
   return NeedsLogin(request, now);
-}
-
-void Access::NoteHost(const config::Web& web, const Request& request, const Now& now) {
-  if (journal_ == nullptr) return;
-  {
-    const MutexLock lock(mutex_);
-    const bool is_new =
-        hosts_.size() < kMostHosts && hosts_.insert(HostNumberOf(request.client())).second;
-    if (!is_new) return;
-  }
-  journal_->Note(
-      {"host", "", HostOf(request.client()), "first connection at web " + web.Address(), "ok"},
-      now.wall);
 }
 
 Response Access::NeedsRole(const Request& request, Act act) const {

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 
@@ -54,7 +53,6 @@ class Access {
  public:
   static constexpr std::string_view kAcknowledge = "/api/v1/alarms/ack";
   static constexpr std::string_view kWrite = "/api/v1/write";
-  static constexpr std::size_t kMostHosts = 10'000;
 
   /// `journal` must outlive this object; null: logins are only in the log.
   /// `events` must outlive this object; null: no events are recorded. `version` is that of the
@@ -81,9 +79,6 @@ class Access {
 
  private:
   std::shared_ptr<const config::Web> web() const;
-  /// Records the client, if it is the first of its host since the start. A restart of the web
-  /// server by a reload forgets the hosts.
-  void NoteHost(const config::Web& web, const Request& request, const Now& now);
   std::optional<Response> NeedsLogin(const Request& request, const Now& now);
   Response NeedsRole(const Request& request, Act act) const;
   Response Session(const Request& request);
@@ -106,8 +101,6 @@ class Access {
   std::shared_ptr<const config::Web> web_ BAUDGATE_GUARDED_BY(mutex_);
   std::string gateway_ BAUDGATE_GUARDED_BY(mutex_);
   bool history_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  /// Hosts (HostNumberOf) that have connected since the start; at most kMostHosts.
-  std::set<std::uint64_t> hosts_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::web

@@ -278,16 +278,36 @@ void FillPlain(const modbus::PlainRequest& plain, WriteRecord& record) {
   }
 }
 
-void FillReadWrite(View pdu, WriteRecord& record) {
+/// Returns false if the lengths in the request do not fit each other.
+bool FillReadWrite(View pdu, WriteRecord& record) {
+  if (pdu.size() <= kReadWriteHeader) return false;
   const unsigned start = WordAt(pdu, 5);
   const unsigned count = WordAt(pdu, 7);
   const View data = pdu.subspan(kReadWriteHeader);
   if (count == 0 || count > modbus::kMostWrittenRegisters ||
       data.size() != std::size_t{2} * count) {
-    return;
+    return false;
   }
   record.point = "23 " + Range("holding", start, count);
   record.value = RegistersOf(data, count);
+  return true;
+}
+
+/// Fills point and value from a request that writes. Returns false if the lengths in the request do
+/// not fit each other.
+bool Fill(View pdu, WriteRecord& record) {
+  modbus::PlainRequest plain;
+  if (modbus::IsPlainWrite(pdu[0])) {
+    if (modbus::ParseRequest(pdu, plain) != modbus::kNoException) return false;
+    FillPlain(plain, record);
+  } else if (pdu[0] == modbus::kMaskWrite) {
+    if (pdu.size() != kMaskSize) return false;
+    record.point = fmt::format("22 holding {}", WordAt(pdu, 1));
+    record.value = fmt::format("and {} or {}", WordAt(pdu, 3), WordAt(pdu, 5));
+  } else if (pdu[0] == modbus::kReadWrite) {
+    return FillReadWrite(pdu, record);
+  }
+  return true;
 }
 
 Ending EndingOf(const bus::RoutedReply& reply, bool broadcast) {
@@ -313,14 +333,12 @@ WriteRecord RecordOf(const RoutedWrite& write) {
   record.line = Clipped(write.target);
   record.device = fmt::format("unit {}", write.unit);
   record.point = fmt::format("{:02}", write.pdu[0]);
-  modbus::PlainRequest plain;
-  if (modbus::IsPlainWrite(write.pdu[0])) {
-    if (modbus::ParseRequest(write.pdu, plain) == modbus::kNoException) FillPlain(plain, record);
-  } else if (write.pdu[0] == modbus::kMaskWrite && write.pdu.size() == kMaskSize) {
-    record.point = fmt::format("22 holding {}", WordAt(write.pdu, 1));
-    record.value = fmt::format("and {} or {}", WordAt(write.pdu, 3), WordAt(write.pdu, 5));
-  } else if (write.pdu[0] == modbus::kReadWrite && write.pdu.size() > kReadWriteHeader) {
-    FillReadWrite(write.pdu, record);
+  // A slave may act on a request with odd lengths, so its record has at least the first address.
+  const std::size_t place = write.pdu[0] == modbus::kReadWrite ? 5 : 1;
+  if (!Fill(write.pdu, record) && write.pdu.size() >= place + 2) {
+    record.point += fmt::format(" {} {}", modbus::IsAboutBits(write.pdu[0]) ? "coil" : "holding",
+                                WordAt(write.pdu, place));
+    record.value = fmt::format("{} bytes in an unusual form", write.pdu.size());
   }
   return record;
 }

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -221,6 +222,7 @@ struct SecurityJournal::File {
 
   Mutex mutex;
   std::map<std::string, Count> counts BAUDGATE_GUARDED_BY(mutex);
+  std::set<std::pair<std::uint64_t, std::string>> hosts BAUDGATE_GUARDED_BY(mutex);
   fs::path its_folder BAUDGATE_GUARDED_BY(mutex);
   std::vector<Waiting> waiting BAUDGATE_GUARDED_BY(mutex);
   std::size_t lost BAUDGATE_GUARDED_BY(mutex) = 0;
@@ -280,6 +282,15 @@ void SecurityJournal::Add(SecurityEvent event, WallTime now) {
     file_->waiting.push_back({std::move(event), now});
   }
   worker_.Wake();
+}
+
+void SecurityJournal::NoteHost(const std::string& peer, const std::string& place, WallTime now) {
+  {
+    const MutexLock lock(file_->mutex);
+    auto& hosts = file_->hosts;
+    if (hosts.size() >= kMostHosts || !hosts.emplace(HostNumberOf(peer), place).second) return;
+  }
+  Note({"host", "", HostOf(peer), "first connection at " + place, "ok"}, now);
 }
 
 bool SecurityJournal::Flush(Duration patience) {

@@ -40,6 +40,7 @@ class SecurityJournal {
   /// A file that has reached this size becomes kOldFile, and replaces the file before.
   static constexpr std::size_t kMostBytes = std::size_t{4} << 20U;
   static constexpr int kMostInAMinute = 10;
+  static constexpr std::size_t kMostHosts = 10'000;
   /// Rows that can wait for the disk. Further rows are only in the log; the file gets their number.
   static constexpr std::size_t kMostWaiting = 1024;
 
@@ -58,6 +59,10 @@ class SecurityJournal {
   /// rows with the same kind, user and host are added in a minute; the others are counted, and
   /// their number is a row at the end of the minute.
   void Note(SecurityEvent event, WallTime now);
+  /// Adds a row `host` if the host of the client `peer` has not connected at `place`, such as
+  /// "127.0.0.1:502", since the start. Any thread may call it. The journal remembers kMostHosts,
+  /// and adds no row for further hosts.
+  void NoteHost(const std::string& peer, const std::string& place, WallTime now);
   /// Waits until all rows are on the disk. False: `patience` has passed before.
   bool Flush(Duration patience);
 

@@ -167,9 +167,9 @@ Duration SweepPeriodOf(const config::Listener& listener, const ModbusLimits& lim
   return listener.speaks_serial() ? std::min(period, kSerialSweep) : period;
 }
 
-std::unique_ptr<tls::ContextFiles> TlsOf(const config::Listener& listener) {
+std::shared_ptr<tls::ContextFiles> TlsOf(const config::Listener& listener) {
   if (listener.protocol != config::Listener::Protocol::tls) return nullptr;
-  return std::make_unique<tls::ContextFiles>(tls::End::server, listener.tls);
+  return std::make_shared<tls::ContextFiles>(tls::End::server, listener.tls);
 }
 
 }  // namespace
@@ -287,18 +287,12 @@ void Listener::Welcome(tcp::socket socket) {
 }
 
 void Listener::BeginTls(int owned, const std::string& peer, const PeerAddress& address) {
-  auto context = tls_->Current();
-  if (!context) {
-    Refuse(peer, context.error());
-    ::close(owned);
-    return;
-  }
   const std::uint64_t number = next_newcomer_++;
   Newcomer& newcomer = newcomers_[number];
   newcomer.peer = peer;
   newcomer.address = address;
   newcomer.ticket = tls::Handshakes::OfProcess().Begin(
-      owned, std::move(*context), peer,
+      owned, tls_, peer,
       static_cast<asio::io_context&>(acceptor_.get_executor().context()),
       [this, number](Result<std::unique_ptr<tls::Channel>> result) {
         EndTls(number, std::move(result));
@@ -348,7 +342,7 @@ void Listener::Admit(Accepted accepted, const PeerAddress& address) {
   LiveCounters::Add(counters.accepted);
   counters.clients.fetch_add(1, std::memory_order_relaxed);
   const Now now = ReadClocks();
-  shared_.NoteHost(accepted.peer, listener_, now.wall);
+  shared_.NoteHost(accepted.peer, listener_.Address(), now.wall);
   accepted.priority = PriorityOf(listener_, address);
   auto session = std::make_shared<ClientSession>(std::move(accepted), *clients_, listener_, shared_,
                                                  now, *this);

@@ -129,7 +129,7 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
     PeerAddress address{};
     tls::Handshakes::Ticket ticket{};
   };
-  std::unique_ptr<tls::ContextFiles> tls_;  // null: the port is not encrypted
+  std::shared_ptr<tls::ContextFiles> tls_;  // null: the port is not encrypted
   std::unordered_map<std::uint64_t, Newcomer> newcomers_;
   std::uint64_t next_newcomer_ = 0;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;

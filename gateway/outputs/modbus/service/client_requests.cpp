@@ -25,13 +25,6 @@ ServerShared::ServerShared(const config::Config& config, const bus::PointStore& 
       frames_(links.frames),
       journal_(links.journal) {}
 
-void ServerShared::NoteHost(const std::string& peer, const config::Listener& listener,
-                            WallTime now) {
-  constexpr std::size_t kMostKnown = 10'000;
-  if (known_hosts_.size() >= kMostKnown || !known_hosts_.insert(HostNumberOf(peer)).second) return;
-  Note({"host", "", HostOf(peer), "first connection at " + listener.Address(), "ok"}, now);
-}
-
 void ServerShared::Open(asio::io_context& io, Inbox::Clocks clocks) {
   inbox_->Open(io, std::move(clocks));
   router_.Open(io);

@@ -18,7 +18,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -126,8 +125,9 @@ class ServerShared {
   void Note(audit::SecurityEvent event, WallTime now) {
     if (journal_ != nullptr) journal_->Note(std::move(event), now);
   }
-  /// Notes a client that is connected, if it is the first of its host since the start.
-  void NoteHost(const std::string& peer, const config::Listener& listener, WallTime now);
+  void NoteHost(const std::string& peer, const std::string& place, WallTime now) {
+    if (journal_ != nullptr) journal_->NoteHost(peer, place, now);
+  }
 
   LiveCounters& counters() { return counters_; }
   const LiveCounters& counters() const { return counters_; }
@@ -144,7 +144,6 @@ class ServerShared {
   Router router_;
   Frames frames_;
   audit::SecurityJournal* const journal_;
-  std::set<std::uint64_t> known_hosts_;
   const std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
 };
 

@@ -167,10 +167,7 @@ void Upstream::Link::Connect(Instant now) {
   connection_ = std::make_shared<UpstreamConnection>(io_, *this);
   connect_by_ = now + kConnectTimeout;
   on_wire_.OnConnecting(now);
-  if (!tls_.files().on()) return connection_->Open(host_, port_);
-  auto context = tls_.Current();
-  if (!context) return connection_->FailSoon("cannot be called over TLS: " + context.error());
-  connection_->Open(host_, port_, std::move(*context));
+  connection_->Open(host_, port_, tls_);
 }
 
 void Upstream::Link::OnConnected() {

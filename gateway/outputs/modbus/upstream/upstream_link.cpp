@@ -55,7 +55,7 @@ using asio::ip::tcp;
 }  // namespace
 
 void UpstreamConnection::Open(const std::string& host, std::uint16_t port,
-                              std::shared_ptr<const tls::Context> tls) {
+                              std::shared_ptr<tls::ContextFiles> tls) {
   host_ = host;
   tls_ = std::move(tls);
   asio::error_code not_numeric;
@@ -71,12 +71,6 @@ void UpstreamConnection::Open(const std::string& host, std::uint16_t port,
         for (const asio::ip::address& ip : *found) endpoints.emplace_back(ip, port);
         self->Connect(endpoints);
       });
-}
-
-void UpstreamConnection::FailSoon(const std::string& reason) {
-  asio::post(io_, [self = shared_from_this(), reason] {
-    if (self->owner_ != nullptr) self->owner_->OnBroken(reason);
-  });
 }
 
 void UpstreamConnection::Connect(const std::vector<tcp::endpoint>& endpoints) {

@@ -169,9 +169,7 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   /// Looks up the name and connects; with `tls`, the server must have a certificate for `host`.
   /// Must be called only once. There is no timeout; Close ends the attempt.
   void Open(const std::string& host, std::uint16_t port,
-            std::shared_ptr<const tls::Context> tls = {});
-  /// Calls Owner::OnBroken after the current handler, in place of Open.
-  void FailSoon(const std::string& reason);
+            std::shared_ptr<tls::ContextFiles> tls = {});
   /// Passes the whole frame to the kernel. Returns an error if the kernel does not accept all of it
   /// now.
   Status Send(View frame);
@@ -193,7 +191,7 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   asio::io_context& io_;
   transports::HostNames::Ticket look_up_;
   std::string host_;
-  std::shared_ptr<const tls::Context> tls_;
+  std::shared_ptr<tls::ContextFiles> tls_;  // null: without TLS
   tls::Handshakes::Ticket handshake_;
   std::unique_ptr<asio::ip::tcp::socket> connecting_;
   tls::NetStream stream_;
@@ -211,7 +209,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
         timer_(io),
         host_(std::move(host)),
         port_(port),
-        tls_(tls::End::client, tls),
+        tls_(tls.on() ? std::make_shared<tls::ContextFiles>(tls::End::client, tls) : nullptr),
         on_late_(std::move(on_late)),
         clock_(std::move(clock)),
         name_("server " + host_ + ":" + std::to_string(port)),
@@ -255,7 +253,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   asio::steady_timer timer_;
   const std::string host_;
   const std::uint16_t port_;
-  tls::ContextFiles tls_;
+  const std::shared_ptr<tls::ContextFiles> tls_;  // null: without TLS
   const OnLate on_late_;
   const Clock clock_;
   const std::string name_;

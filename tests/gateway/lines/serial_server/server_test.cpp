@@ -42,12 +42,14 @@ struct FakeLine final : PortOwner {
     last = visit;
   }
   void OnListening(const std::string&, const std::string& its, Now) override { trouble = its; }
+  void OnArrival(const Arrival& arrival, Now) override { arrivals.push_back(arrival); }
 
   test::FakePort port;
   bool grants = true;
   bool is_down = false;
   std::vector<std::string> wanted;
   std::vector<std::string> returned;
+  std::vector<Arrival> arrivals;
   Visit last;
   std::string trouble = "?";
 };
@@ -102,6 +104,9 @@ TEST_F(ServerTest, ServesOneClientAtATime) {
   EXPECT_TRUE(Ends(*second)) << "refused";
   EXPECT_FALSE(first->ended());
   EXPECT_EQ(line_.wanted.size(), 1U);
+  ASSERT_EQ(line_.arrivals.size(), 2U);
+  EXPECT_TRUE(line_.arrivals[1].peer.starts_with("127.0.0.1:"));
+  EXPECT_FALSE(line_.arrivals[1].has_tls);
 }
 
 TEST_F(ServerTest, TheNextClientMayConnectWhenTheLastHasClosed) {

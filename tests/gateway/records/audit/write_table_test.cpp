@@ -431,9 +431,12 @@ TEST(RoutedRecord, HasFunctionAddressAndValues) {
   EXPECT_EQ(record.line + ", " + record.device, "drive, unit 20");
 }
 
-TEST(RoutedRecord, OfADamagedRequestHasNoValues) {
-  EXPECT_EQ(Said({16, 0, 100, 0, 2, 4, 0, 1}), "16 = ");
-  EXPECT_EQ(Said({23, 0, 3, 0, 6, 0, 14, 0, 200, 2, 0, 255}), "23 = ");
+TEST(RoutedRecord, OfARequestWithOddLengthsHasItsFirstAddress) {
+  EXPECT_EQ(Said({5, 0, 3, 0xFF, 0, 0}), "05 coil 3 = 6 bytes in an unusual form");
+  EXPECT_EQ(Said({16, 0, 100, 0, 2, 4, 0, 1}), "16 holding 100 = 8 bytes in an unusual form");
+  EXPECT_EQ(Said({23, 0, 3, 0, 6, 0, 14, 0, 200, 2, 0, 255}),
+            "23 holding 14 = 12 bytes in an unusual form");
+  EXPECT_EQ(Said({22, 0, 4, 0, 1}), "22 holding 4 = 5 bytes in an unusual form");
   EXPECT_EQ(Said({22, 0}), "22 = ");
   EXPECT_EQ(Said({6}), "06 = ");
 }
