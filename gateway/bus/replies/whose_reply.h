@@ -48,7 +48,7 @@ namespace baudgate::bus {
 // There is an order for each device, whose replies may lag, and one for the line, because a serial
 // server in front of the line can delay all replies. `WhoseReply` uses both.
 struct SentRequest {
-  std::size_t place = kNobody;  ///< place of the asked member in the roster; or kNobody, kStranger
+  std::size_t place = kNobody;  ///< index of the asked member in the roster; or kNobody, kStranger
   Bytes bytes;                  ///< the request without its sequence number (Asked::question)
   Instant at{};
   bool proof = false;  ///< the reply to this request differs from the replies to all polls
@@ -245,7 +245,8 @@ class ReplyOrders {
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
   struct Entry {
     AnswerOrder order;
-    // Place of the first member with the same address; the order of that member is used for all.
+    // Roster index of the first member with the same address; the order of that member is used for
+    // all.
     std::size_t first = kSelf;
   };
 
@@ -490,7 +491,7 @@ class WhoseReply {
 class LatestReadings {
  public:
   struct Points {
-    std::size_t device = 0;  ///< place of the device in the roster
+    std::size_t device = 0;  ///< index of the device in the roster
     std::vector<std::size_t> points{};
     bool operator==(const Points&) const = default;
   };
