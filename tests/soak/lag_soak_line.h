@@ -28,8 +28,8 @@ class LagSoakLine final : public protocols::LagStage {
   void BeginTroubles(Duration turn);
   void EndTroubles();
   bool IsReplacing() const;
-  /// Checks the store and does what is due; must be called as often as possible. A wrong reading
-  /// fails the test.
+  /// Checks the store, and changes devices and faults when their time has come; must be called as
+  /// often as possible. A wrong reading fails the test.
   void Look();
   void PrintSummary();
 

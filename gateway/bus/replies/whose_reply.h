@@ -356,12 +356,12 @@ class WhoseReply {
   /// reply to an earlier request could be mistaken for the reply to `asked`, or it is not certain
   /// which device answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
-  /// True if the device has no points to read and has never answered a proof. Example: a relay card
-  /// that does not support Modbus function 08. Writes are then sent without a probe; an answered
-  /// write shows that the card is there.
+  /// True if the device has no points to read and has never answered a proof (a probe whose reply
+  /// differs from all other replies). Example: a relay card that does not support Modbus function
+  /// 08. Writes are then sent without a probe; an answered write shows that the card is there.
   bool IsProbedByWrites(const Device& device) const;
-  /// ProofEnds returns until when the latest proof of the member is valid; ProofRenews returns from
-  /// when on it can be renewed.
+  /// A proof is a probe whose reply differs from all other replies. ProofEnds returns until when
+  /// the latest proof of the member is valid; ProofRenews returns from when on it can be renewed.
   Instant ProofEnds(const Member& member) const {
     return entries_[member].answered_probe ? entries_[member].proven_at + kProofHolds : Instant{};
   }

@@ -198,8 +198,8 @@ class Schedule {
 };
 
 // `Background` chooses reads of low priority, such as load profiles. A proof, a probe whose reply
-// shows that no late reply is pending (gateway/bus/replies/whose_reply.h), can be made together
-// with such a read, before the proof is necessary and would delay a poll.
+// differs from all other replies (gateway/bus/replies/whose_reply.h), can be made together with
+// such a read, before the proof is necessary and would delay a poll.
 class Background {
  public:
   /// A read that is due is sent after this time even if there is not enough time before the next

@@ -116,8 +116,8 @@ std::vector<DeviceEvent> JournalReader::EventsOf(const Journal& journal, View re
 
 namespace {
 
-/// The maximum number of readings of a journal until two of them are equal; then follows a pause of
-/// kRest. Readings differ if replies are late.
+/// A journal is read again until a reading equals the reading before it or the stored records,
+/// because readings differ if replies are late. After this many readings follows a pause of kRest.
 constexpr int kMostTimes = 6;
 constexpr Duration kRest = std::chrono::minutes(1);
 
