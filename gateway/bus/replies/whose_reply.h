@@ -171,8 +171,8 @@ class ReplyOrders {
     if (!own && !known) Of(member).OnLost();
   }
   /// Call when the reply does not answer `asked`. Returns true if it answers a request to another
-  /// device, which is certain only if replies carry addresses. The order of `asked.member` does not
-  /// change.
+  /// device, which is certain only if replies carry addresses. The AnswerOrder of `asked.member`
+  /// does not change.
   bool OnReplyOfAnother(const Asked& asked, const AnswerOrder::MayAnswer& may_answer) {
     const auto& everyone = roster_.everyone();
     const bool another = line_.Remembers([&](const SentRequest& sent, std::size_t before) {
