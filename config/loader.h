@@ -1,5 +1,5 @@
 // `LoadFile` turns a YAML file into a config::Config and reports all problems at once, each with
-// its place.
+// its position in a file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -28,7 +28,7 @@ Result<TypeText> ParseType(std::string_view text);
 std::string_view UnitOf(TimeType type);
 
 /// A point whose values have not been parsed. So the keys of a device can override the keys of its
-/// profile one by one, and every value has the place where it was written.
+/// profile one by one, and every value has the position where it was written.
 struct RawPoint {
   std::string name;
   Mark mark;

@@ -18,8 +18,8 @@
 
 namespace baudgate::config {
 
-/// Reads the options of `scope` in `map`. Options of the other scope are errors, whose message
-/// names the right place.
+/// Reads the options of `scope` in `map`. Options of the other scope are errors, whose message says
+/// where the option belongs.
 Options ReadOptions(MapReader& map, const protocols::Protocol& protocol,
                     protocols::OptionSpec::Scope scope);
 

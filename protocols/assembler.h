@@ -1,6 +1,6 @@
 // `Assembler` collects the bytes of a line, which come in pieces of any size, and cuts frames out
-// of them with a frame rule. gateway/bus/exchange/line.h and twins pass the bytes to it and get the
-// frames.
+// of them with a frame rule. gateway/bus/exchange/line.h and simulated devices pass the bytes to it
+// and get the frames.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -35,7 +35,7 @@ class FrameForms {
 
 /// The replies that are expected to one request. Protocol::expect computes it from the request's
 /// bytes and the device's options alone. For an empty request, it describes requests instead of
-/// replies, for twins and for listeners on a shared bus.
+/// replies, for simulated devices and for listeners on a shared bus.
 struct Expectation {
   enum class Reply : std::uint8_t {
     none,  ///< the request is a broadcast: the exchange is over when the request was sent

@@ -219,7 +219,7 @@ struct Protocol {
   bool tcp = false;
   TimingRule timing{};
 
-  /// Cuts requests out of received bytes, for twins and for requests of other masters.
+  /// Cuts requests out of received bytes, for simulated devices and for requests of other masters.
   FrameRule request_rule = nullptr;
   FrameRule reply_rule = nullptr;
   /// Parses the options of a device or a line once, for all functions below that take
@@ -277,7 +277,7 @@ struct Protocol {
   std::unique_ptr<Conversation> (*make_conversation)(const config::Device& device,
                                                      const ParsedOptions& options,
                                                      Bus* bus) = nullptr;
-  /// Makes a twin, a simulated device. `device` and `values` must outlive it.
+  /// Makes a simulated device. `device` and `values` must outlive it.
   std::unique_ptr<Twin> (*make_twin)(const config::Device& device, TwinValues& values) = nullptr;
 };
 

@@ -31,17 +31,19 @@ class Twin {
   /// Empty: the device is silent, as real devices are when the request names another device or has
   /// a wrong checksum.
   virtual Bytes Answer(View request, Instant now) = 0;
-  /// Sets the address in later replies to `address`, a valid address; the twin still answers
-  /// requests to its own address. Example: the twin has address 7; after ReplyAs("9") it answers
-  /// "?7A1" by "!9…". The call has no effect if replies of the protocol carry no address. Used for
-  /// the fault wrong_address.
+  /// Sets the address in later replies to `address`, a valid address; the simulated device still
+  /// answers requests to its own address. Example: the simulated device has address 7; after
+  /// ReplyAs("9") it answers "?7A1" by "!9…". The call has no effect if replies of the protocol
+  /// carry no address. Used for the fault wrong_address.
   virtual void ReplyAs(std::string_view address) = 0;
-  /// Sets the twin's clock, which then runs on. Without a call the twin has no clock.
+  /// Sets the simulated device's clock, which then runs on. Without a call the simulated device has
+  /// no clock.
   virtual void SetClock(Now /*now*/) {}
-  /// Makes an event happen now. `event.time` is not used: the event gets the time of the twin's
-  /// clock. Returns false if the twin accepts no event.
+  /// Makes an event happen now. `event.time` is not used: the event gets the time of the simulated
+  /// device's clock. Returns false if the simulated device accepts no event.
   virtual bool Raise(const DeviceEvent& /*event*/, Now /*now*/) { return false; }
-  /// Returns the next message that the twin sends unasked. Empty: there is no message now.
+  /// Returns the next message that the simulated device sends unasked. Empty: there is no message
+  /// now.
   virtual Bytes Say(Instant /*now*/) { return {}; }
 };
 

@@ -23,7 +23,7 @@ struct Paces {
   const Pace& line;
 };
 /// Warns of configured times, periods and retries that have no effect, because a setting of higher
-/// precedence overrides them. `mark` is the place of the device.
+/// precedence overrides them. `mark` is the position of the device in the file.
 void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
                 Problems& problems);
 
@@ -33,8 +33,8 @@ inline constexpr std::string_view kOfThisType = "of this type";
 class LineAddresses {
  public:
   /// Reports an error if the protocol refuses the device's address, and a warning if an earlier
-  /// device with this protocol has the same address, even in another spelling. `mark` is the place
-  /// of the address.
+  /// device with this protocol has the same address, even in another spelling. `mark` is the
+  /// position of the address in the file.
   void Add(const Device& device, const protocols::Protocol& protocol, const Mark& mark,
            Problems& problems);
 
@@ -46,8 +46,9 @@ class LineAddresses {
   std::map<std::pair<const protocols::Protocol*, std::string>, Owner> owners_;
 };
 
-/// Checks a device whose points, options and times are complete. `keys` are the device's keys, for
-/// the places of problems. If `protocol` is null, the protocol's own checks are left out.
+/// Checks a device whose points, options and times are complete. `keys` has the positions of the
+/// device's keys in the file, for messages. If `protocol` is null, the protocol's own checks are
+/// left out.
 void CheckDevice(const Device& device, const protocols::Protocol* protocol, const Keys& keys,
                  Problems& problems);
 

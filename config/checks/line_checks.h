@@ -35,10 +35,10 @@ Round RoundOf(Group group, const Line& line, const Device& device,
 Timing TimesInForce(const Line& line, const Device& device, const protocols::Protocol& protocol);
 
 /// Reports a ceiling, the timeout of the whole exchange, that is shorter than the reply time.
-/// `mark` is the place of the key `ceiling`.
+/// `mark` is the position of the key `ceiling` in the file.
 void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems);
 /// Checks that software parity is used with 7E1 or 7O1, because a port with 8N1 only can transmit
-/// nothing else. `mark` is the place of the parity.
+/// nothing else. `mark` is the position of the parity in the file.
 void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problems& problems);
 /// Checks that at most one flow control is set, and no rtscts with rs485. `keys` are the keys of
 /// the map `serial`.
@@ -46,12 +46,12 @@ void CheckFlowControl(const SerialSettings& serial, const Keys& keys, Problems& 
 /// Checks that the delays are whole milliseconds. `keys` are those of the map `rs485`.
 void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems);
 /// Checks that the settings have enough data bits for the protocol, and that XON/XOFF takes no
-/// bytes that the protocol sends. `mark` is the place of the key `serial` or `protocol` of the line
-/// or device.
+/// bytes that the protocol sends. `mark` is the position of the key `serial` or `protocol` of the
+/// line or device in the file.
 void CheckDataBits(const SerialSettings& serial, const protocols::Protocol& protocol,
                    const Mark& mark, Problems& problems);
 /// If `port` is a serial server (tcp://), reports settings that only a port of this machine
-/// supports. `mark` is the place of the settings.
+/// supports. `mark` is the position of the settings in the file.
 void CheckPortSettings(const std::string& port, const SerialSettings& serial, const Mark& mark,
                        Problems& problems);
 /// If the protocol runs over TCP only, reports a serial port and the keys of serial ports. `keys`

@@ -21,8 +21,8 @@ inline std::string RangeText(int first, int last) {
 // Checks that the framing of the listener is installed, and that its allowed clients can reach it.
 
 void CheckListener(const Listener& listener, const Catalog& catalog, Problems& problems);
-/// Warns if `client`, the next entry of `listener.clients`, can never apply. `mark` is the place of
-/// its key `from`.
+/// Warns if `client`, the next entry of `listener.clients`, can never apply. `mark` is the position
+/// of its key `from` in the file.
 void CheckClient(const ClientPriority& client, const Listener& listener, const Mark& mark,
                  Problems& problems);
 
@@ -30,7 +30,7 @@ void CheckClient(const ClientPriority& client, const Listener& listener, const M
 void CheckTarget(const Keys& route, Problems& problems);
 void CheckRoute(const Route& route, const Keys& keys, Problems& problems);
 /// Reports a route to one of the gateway's own listeners, where requests would circulate. `mark` is
-/// the place of the key `server`.
+/// the position of the key `server` in the file.
 void CheckServer(const Route& route, const std::vector<Listener>& listeners, const Mark& mark,
                  Problems& problems);
 

@@ -19,8 +19,8 @@ namespace baudgate::config {
 /// type of the point is. If `protocol` is null, the type of the point decides.
 void ResolveSentinels(Device& device, const protocols::Protocol* protocol, Problems& problems);
 
-/// Checks one point. `keys` are the point's keys, for the places of problems. If `protocol` is
-/// null, the protocol's own checks are left out.
+/// Checks one point. `keys` has the positions of the point's keys in the file, for messages. If
+/// `protocol` is null, the protocol's own checks are left out.
 void CheckPoint(const Point& point, const protocols::Protocol* protocol, const Keys& keys,
                 Problems& problems);
 
@@ -33,8 +33,8 @@ void CheckLimitPoints(const std::vector<Point>& points, Problems& problems);
 class RegisterClaims {
  public:
   explicit RegisterClaims(Problems& problems) : problems_(problems) {}
-  /// Adds a point, and reports problems with its addresses. `mark` is the place of the key
-  /// `modbus`.
+  /// Adds a point, and reports problems with its addresses. `mark` is the position of the key
+  /// `modbus` in the file.
   void Add(const Point& point, const Mark& mark);
 
  private:

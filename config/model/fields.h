@@ -140,7 +140,7 @@ struct Key {
   std::string_view fallback{};
 };
 
-/// A member that no key sets: a place in the file, or a value computed from other settings.
+/// A member that no key sets: a position in the file, or a value computed from other settings.
 template <auto kMember>
 struct Derived {
   static constexpr auto member = kMember;

@@ -290,7 +290,7 @@ inline DdsSecurity SecurityIn(const std::string& directory) {
   return security;
 }
 
-// Users contains the place of the users file (gateway/outputs/users/user_file.h).
+// Users contains the path of the users file (gateway/outputs/users/user_file.h).
 struct Users {
   static constexpr bool kReloads = true;
 

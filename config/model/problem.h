@@ -1,6 +1,6 @@
-// `Problems` collects the errors and warnings of a configuration with their places, while files are
-// read. The readers of config/ add problems, gateway/tools/cli/offline/check.h prints them. Mark is
-// a place in a file, and Keys contains the places of one map's keys.
+// `Problems` collects the errors and warnings of a configuration with their positions, while files
+// are read. The readers of config/ add problems, gateway/tools/cli/offline/check.h prints them.
+// Mark is a position in a file, and Keys contains the positions of one map's keys.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace baudgate::config {
 
-/// A place in a file, for messages: "file:line:column". Line 0: the place is not in a file.
+/// A position in a file, for messages: "file:line:column". Line 0: there is no file.
 struct Mark {
   Shared<std::string> file;
   int line = 0;
@@ -26,8 +26,8 @@ struct Mark {
   std::string ToString() const;
 };
 
-/// The keys of one map of a file with their places, so that a check of the struct that was read
-/// from the map can name the place of a wrong key. Empty for a struct that comes from no file.
+/// The keys of one map of a file with their positions, so that a check of the struct that was read
+/// from the map can report where a wrong key is. Empty for a struct that comes from no file.
 ///
 ///     - name: feeder-1      map: 7:3, values: { name: 7:9, poll: 8:9 }
 ///       poll: 1s
@@ -36,7 +36,7 @@ struct Keys {
   std::map<std::string, Mark, std::less<>> values;
 
   bool Has(std::string_view key) const { return values.find(key) != values.end(); }
-  /// Returns the place of the value of `key`; the place of the map if the key is absent.
+  /// Returns the position of the value of `key`; the position of the map if the key is absent.
   const Mark& MarkOf(std::string_view key) const;
 };
 
@@ -51,8 +51,8 @@ std::string ToString(const Problem& problem);
 
 bool HasError(const std::vector<Problem>& problems);
 
-/// Collects problems. The same problem at the same place is added once, and problems beyond kMost
-/// are dropped.
+/// Collects problems. The same problem at the same position is added once, and problems beyond
+/// kMost are dropped.
 class Problems {
  public:
   static constexpr std::size_t kMost = 500;
@@ -70,7 +70,7 @@ class Problems {
 
   bool has_error() const { return HasError(problems_); }
   bool HasErrorIn(const std::string& file) const;
-  /// Returns the problems in the order of the files and of the places in them.
+  /// Returns the problems in the order of the files and of the positions in them.
   std::vector<Problem> Sorted() const;
 
  private:

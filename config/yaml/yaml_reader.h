@@ -103,7 +103,7 @@ class MapReader {
   void Refuse(std::string_view key, const std::string& message);
   /// Allows all keys, because the protocol that defines them is unknown.
   void AllowAll() { allow_all_ = true; }
-  /// Returns the place of the value of `key`; the place of the map if the key is absent.
+  /// Returns the position of the value of `key`; the position of the map if the key is absent.
   Mark MarkOf(std::string_view key) const;
   Keys keys() const;
 

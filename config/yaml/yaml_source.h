@@ -1,5 +1,5 @@
-// `YamlNode` is a node of a parsed YAML text together with its place. The text comes from a file or
-// from memory; config/yaml_reader reads the nodes. ParseYaml catches the exceptions of parsing;
+// `YamlNode` is a node of a parsed YAML text together with its position. The text comes from a file
+// or from memory; config/yaml_reader reads the nodes. ParseYaml catches the exceptions of parsing;
 // later access to a node can still throw.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -19,7 +19,7 @@
 
 namespace baudgate::config {
 
-/// A place in a source, counted from 1; 0: unknown.
+/// A line and a column of the text, counted from 1; 0: unknown.
 struct Position {
   int line = 0;
   int column = 0;
@@ -30,7 +30,8 @@ class Source {
   Source(std::string name, std::string text);
 
   const std::string& name() const { return *name_; }
-  /// Converts a place of yaml-cpp, which counts bytes, to columns in characters, as editors count.
+  /// Converts a position of yaml-cpp, which counts bytes, to columns in characters, as editors
+  /// count.
   Position At(const YAML::Mark& mark) const;
   Mark MarkAt(Position place) const { return {name_, place.line, place.column}; }
   /// Returns a line without its line end; empty beyond the text. Lines count from 1.
@@ -58,7 +59,7 @@ class YamlNode {
   Kind kind() const;
   /// Returns the text of a scalar as written, without quotes.
   const std::string& text() const { return node_.Scalar(); }
-  /// Returns the place of the value; if there is no value, the place of its key.
+  /// Returns the position of the value; if there is no value, the position of its key.
   Position place() const { return place_; }
   Mark mark() const { return source_->MarkAt(place_); }
 

@@ -28,7 +28,7 @@ inline void Append(Bytes& to, std::string_view more) {
   to.insert(to.end(), more.begin(), more.end());
 }
 
-/// Reads numbers from fixed places of a frame. A read beyond the end returns no value.
+/// Reads numbers from fixed positions of a frame. A read beyond the end returns no value.
 class ByteReader {
  public:
   explicit ByteReader(View bytes) : bytes_(bytes) {}

@@ -23,7 +23,7 @@ enum class Symptom : std::uint8_t {
   clean,
   refusal,  ///< the good reply refuses the request, or asks to wait
   doubted,  ///< the reply was not used, because it may answer an earlier request
-  /// The reply has no number where a number belongs; `cause`: what it has in that place.
+  /// The reply has no number where a number belongs; `cause`: what came in place of the number.
   no_number,
   few_beside,     ///< with the good reply, one to three stray bytes came; they may be harmless
   noise_before,   ///< stray bytes came before the good reply

@@ -171,8 +171,8 @@ std::string HostAndPort(const std::string& host, std::uint16_t port) {
 
 bool MatchesPattern(std::string_view pattern, std::string_view text) {
   std::size_t p = 0;
-  // `star` is the last star in the pattern that was reached. Its match ends before place `tried` of
-  // `text`; if the rest of the pattern does not fit, the match becomes one character longer.
+  // `star` is the last star in the pattern that was reached. Its match ends before position `tried`
+  // of `text`; if the rest of the pattern does not fit, the match becomes one character longer.
   std::size_t star = std::string_view::npos;
   std::size_t tried = 0;
   for (std::size_t t = 0; t < text.size();) {

@@ -51,8 +51,8 @@ std::string Printable(View bytes);
 /// writing, are replaced by "\x1B": a name that a client has chosen must not forge lines.
 std::string WithoutControls(std::string_view text);
 
-/// Returns the place of the first byte from `begin` on that cannot be part of UTF-8 text, or is NUL
-/// (UTF-16 contains many NULs); npos if there is none.
+/// Returns the position of the first byte from `begin` on that cannot be part of UTF-8 text, or is
+/// NUL (UTF-16 contains many NULs); npos if there is none.
 std::size_t FirstNotUtf8(std::string_view text, std::size_t begin = 0);
 
 /// Returns "10.0.0.9:502", or "[::1]:502" for IPv6.

@@ -206,9 +206,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
   const std::future<void> ended_ = stopped_->get_future();
 };
 
-// LineSlot is the place of a line. It has a number that never changes, and contains the line while
-// the line exists, so callers need not check whether a reload has ended the line. All calls are
-// thread-safe.
+// LineSlot has a number that never changes, and contains the line with this number while the line
+// exists, so callers need not check whether a reload has ended the line. All calls are thread-safe.
 class LineSlot final : public bus::RouteTarget {
  public:
   static constexpr const char* kNotThere =

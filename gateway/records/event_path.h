@@ -1,6 +1,6 @@
 // `EventPath` carries events from the lines to the file, reports to the lines which events are
 // stored, and requests the reads of the records that events announce. The gateway's own events and
-// alarms enter here as well. `EventsPlace` is the place of events.db.
+// alarms enter here as well. `EventsPlace` contains the path of events.db.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,7 +33,7 @@
 namespace baudgate::records {
 
 struct EventsPlace {
-  std::filesystem::path file;  ///< empty: there is no place for the file
+  std::filesystem::path file;  ///< empty: there is no folder for the file
   std::string why_no_file{};
   /// True: there is no events.db; the gateway's own alarms exist in memory until the gateway ends.
   bool in_memory = false;

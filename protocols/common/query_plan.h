@@ -58,16 +58,16 @@ class TryAgain {
   std::optional<Instant> at_{};  // end of the wait; empty: no wait is running
 };
 
-/// The part of a device that one request reads: places `begin` to `end` (exclusive) of one `key`.
-/// Example: registers 200…203 of the table of holding registers. For a key without places, such as
-/// a command, it is place 0.
+/// The part of a device that one request reads: positions `begin` to `end` (exclusive) of one
+/// `key`. Example: registers 200…203 of the table of holding registers. For a key without
+/// positions, such as a command, it is position 0.
 template <typename Key>
 struct Block {
   Key key{};
   std::size_t begin = 0;
   std::size_t end = 1;
   /// Number of separate items in the block. Example: registers 7, 8 and 20 are 3 items in 14
-  /// places.
+  /// positions.
   std::size_t items = 1;
 
   std::size_t size() const { return end - begin; }
@@ -106,8 +106,8 @@ enum class PlanChange : std::uint8_t {
 
 /// Plans the queries of one device. A Query (protocols/conversation.h) lists the points that one
 /// request reads. Queries are sorted by group (fast, slow, once, again), then by the order in which
-/// keys were first added. Queries without refusal come before refused ones, and lower places before
-/// higher. The index of a query is valid until a call returns a change, or until Make or
+/// keys were first added. Queries without refusal come before refused ones, and lower positions
+/// before higher. The index of a query is valid until a call returns a change, or until Make or
 /// OnReconnect.
 template <typename Key>
 class QueryPlan {
@@ -116,8 +116,9 @@ class QueryPlan {
     /// True if a request for `block` is allowed to read `next` as well. `next` has the same key,
     /// begins inside `block` or behind it, and is not wholly inside. Null: blocks are never joined.
     std::function<bool(const Block<Key>& block, const Block<Key>& next)> may_join{};
-    /// True if a request for this key reads all places from its first to its last, also places that
-    /// belong to no point. False if it reads only the places of its points. Null: always true.
+    /// True if a request for this key reads all positions from its first to its last, also
+    /// positions that belong to no point. False if it reads only the positions of its points. Null:
+    /// always true.
     std::function<bool(const Key& key)> reads_between{};
     WhenRefused refused = WhenRefused::ask_rarely;
     /// The number of refusals in a row after which the device is assumed not to have a point. It is
@@ -131,8 +132,8 @@ class QueryPlan {
 
   explicit QueryPlan(Rules rules) : rules_(std::move(rules)) {}
 
-  /// Adds a read of the point with index `point` at places `begin` to `end` (exclusive) of `key`.
-  /// Points that are never read must not be added.
+  /// Adds a read of the point with index `point` at positions `begin` to `end` (exclusive) of
+  /// `key`. Points that are never read must not be added.
   void Add(config::Group group, std::size_t point, const Key& key, std::size_t begin = 0,
            std::size_t end = 1);
   /// Computes the queries. Call it after the last Add, and when the answers of may_join have
@@ -188,15 +189,15 @@ class QueryPlan {
   void OnReconnect();
 
  private:
-  // No query reads across a cut. `first` is an index into keys_, `second` the first place behind
+  // No query reads across a cut. `first` is an index into keys_, `second` the first position behind
   // the cut.
   using Cut = std::pair<std::size_t, std::size_t>;
 
   static constexpr int kSilencesOfARefusal = 3;
   static constexpr Duration kLasting = 1h;  // a refusal that has lasted this long may be permanent
 
-  /// One place to read. A large gateway has 100,000 items, so the members are narrow and ordered by
-  /// size.
+  /// One position to read. A large gateway has 100,000 items, so the members are narrow and ordered
+  /// by size.
   struct Item {
     std::uint32_t point = 0;
     std::uint32_t key = 0;
@@ -283,7 +284,7 @@ class QueryPlan {
     item.waits = item.silent = item.lasting = false;
     item.refused_since.reset();
   }
-  /// Calls `change` for every item in the places that the query reads, also for items of other
+  /// Calls `change` for every item in the positions that the query reads, also for items of other
   /// groups.
   template <typename Change>
   void ForItemsOf(std::size_t query, Change change);

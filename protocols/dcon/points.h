@@ -80,8 +80,8 @@ Result<WriteAddress> ParseWrite(std::string_view text);
 /// Returns the command with its data, such as "#2+07.500", or an error if the value does not fit.
 Result<std::string> FormatWrite(const WriteAddress& write, const Value& value);
 
-/// Parses a command that FormatWrite has made, for the twin. Empty: `command` does not match
-/// `write`. An empty Value: the command matches, but a module would refuse its data.
+/// Parses a command that FormatWrite has made, for the simulated device. Empty: `command` does not
+/// match `write`. An empty Value: the command matches, but a module would refuse its data.
 std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command);
 
 config::RawNumbers NumbersOf(const ReadAddress& read, bool hex_unsigned);

@@ -15,8 +15,9 @@
 
 namespace baudgate::protocols::dcon {
 
-/// The twin takes samples (`#**`), and its host watchdog starts when it is set (`~AA3EVV`). With
-/// the option channel_types, `$AA7CiRrr` sets the type of an input, as on a real module.
+/// The simulated device takes samples (`#**`), and its host watchdog starts when it is set
+/// (`~AA3EVV`). With the option channel_types, `$AA7CiRrr` sets the type of an input, as on a real
+/// module.
 class DconTwin : public Twin {
  public:
   DconTwin(const config::Device& device, TwinValues& values);

@@ -1,5 +1,6 @@
 // Reads and writes the numbers inside DCON replies. It cuts joined fields apart, recognises the
-// codes for sensor faults, and formats values for the twin. DecodeReply uses the fields.
+// codes for sensor faults, and formats values for the simulated device. DecodeReply uses the
+// fields.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -26,7 +26,8 @@ std::size_t RegistersOf(DateForm form);
 /// Returns a text such as "2026-11-23 04:45:00" in the device's time; the quality is bad if the
 /// date is impossible. `words` has RegistersOf(form) registers.
 Decoded DecodeDate(DateForm form, const std::vector<std::uint16_t>& words);
-/// Converts a text to registers, for twins. Returns nothing if the text is not such a date.
+/// Converts a text to registers, for simulated devices. Returns nothing if the text is not such a
+/// date.
 std::optional<std::vector<std::uint16_t>> EncodeDate(DateForm form, std::string_view text);
 
 }  // namespace baudgate::protocols::modbus

@@ -28,8 +28,8 @@ std::optional<Block<Space>> BlockOf(View request);
 inline Block<Space> BlockOf(const Location& place) {
   return {place.space(), BeginOf(place), EndOf(place), 1};
 }
-/// Returns the name of a place in the words of `read`: "holding 200", "file 4:1", "identification
-/// 0".
+/// Returns the name of a location in the words of `read`: "holding 200", "file 4:1",
+/// "identification 0".
 std::string LabelOf(const Space& space, std::size_t address);
 
 struct Data {
@@ -55,7 +55,7 @@ std::optional<Data> DataOf(View request, View reply);
 
 using SpacePlan = QueryPlan<Space>;
 
-/// Returns the place of each point, by index; an entry is empty if the point is not read.
+/// Returns the location of each point, by index; an entry is empty if the point is not read.
 std::vector<std::optional<Location>> ReadLocations(std::span<const config::Point> points);
 
 /// Plans the requests for `points`. `places`: the result of ReadLocations for `points`. If the

@@ -125,7 +125,7 @@ bool TakeForm(std::string_view word, Location& place) {
   return false;
 }
 
-/// Parses the address of a place: "8" or "8[b3]"; for a file "4:8"; for a queue "1246" or
+/// Parses the address of a location: "8" or "8[b3]"; for a file "4:8"; for a queue "1246" or
 /// "1246[0]".
 Status TakeAddress(std::string_view text, std::string_view word, Location& place) {
   const auto open = word.find('[');
@@ -218,7 +218,8 @@ Status TakeWords(std::string_view text, std::span<const std::string_view> words,
   return {};
 }
 
-/// Parses a place. `usual`: the location that gives the form if `text` names no form; can be null.
+/// Parses a location. `usual`: the location that gives the form if `text` names no form; can be
+/// null.
 Result<Location> ParseLocation(std::string_view text, const Point& point, const Location* usual) {
   std::vector<std::string_view> words;
   for (const std::string_view word : Split(Trim(text), ' ')) {
@@ -413,7 +414,7 @@ Status CheckPoint(const config::Point& point) {
 
 namespace {
 
-/// A place that has two words as its name, such as "event counter", instead of a table and an
+/// A location that has two words as its name, such as "event counter", instead of a table and an
 /// address.
 struct NamedRow {
   std::string_view table;

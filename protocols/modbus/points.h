@@ -1,5 +1,5 @@
 // Parses the `read` and `write` texts of points, such as "holding 200 uint16 CDAB", into locations.
-// ParseNamed parses the places that have a name.
+// ParseNamed parses the locations that have a name.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -69,8 +69,8 @@ enum class Form : std::uint8_t {
   text,    ///< the code in a register, shown as its text in the option `texts`
 };
 
-/// The place of a point. A large gateway has 100,000 places, so small members are together, which
-/// saves padding.
+/// The location of a point. A large gateway has 100,000 locations, so small members are together,
+/// which saves padding.
 struct Location {
   Table table = Table::holding;
   Form form = Form::uint16;
@@ -92,20 +92,21 @@ struct Location {
   Space space() const { return {table, which}; }
 };
 
-/// BeginOf and EndOf (exclusive) give the range that one request must read for the place: its
+/// BeginOf and EndOf (exclusive) give the range that one request must read for the location: its
 /// registers and its scale register.
 std::size_t BeginOf(const Location& place);
 std::size_t EndOf(const Location& place);
 
-/// Returns the place in `read`. The error names the fault and a correct form.
+/// Returns the location in `read`. The error names the fault and a correct form.
 Result<Location> ReadLocation(const config::Point& point);
-/// Returns where the point is written: the place in `write`, or the place in `read` if `write` is
-/// empty. If `write` names no form, the form of `read` applies.
+/// Returns where the point is written: the location in `write`, or the location in `read` if
+/// `write` is empty. If `write` names no form, the form of `read` applies.
 Result<Location> WriteLocation(const config::Point& point);
 
 bool IsBits(Table table);
 bool IsWritable(Table table);
-/// True if places in the table have addresses, as coils, discrete inputs, registers and files do.
+/// True if locations in the table have addresses, as coils, discrete inputs, registers and files
+/// do.
 bool IsAddressed(Table table);
 std::string_view Name(Table table);
 
@@ -126,7 +127,7 @@ Error Wrong(std::string_view text, const std::string& why);
 /// Parses a selector of bits: "[b3]" or "[b3-b5]".
 Status TakeBits(std::string_view text, std::string_view inside, Location& place);
 
-/// Parses a place with a name: "exception status[b3]", "server id[2]", "identification 0x80".
+/// Parses a location with a name: "exception status[b3]", "server id[2]", "identification 0x80".
 /// Empty: the words are not such a name.
 std::optional<Result<Location>> ParseNamed(std::string_view text,
                                            std::span<const std::string_view> words);

@@ -34,7 +34,8 @@ struct Settings {
   /// mask write (function 22).
   bool bits_by_read = false;
   bool probe_by_loopback = false;
-  /// For the twin; true: registers without a point read 0; false: reading them gives an exception.
+  /// For the simulated device; true: registers without a point read 0; false: reading them gives an
+  /// exception.
   bool missing_zero = false;
   TextTables texts;
   FunctionTimes reply_times;

@@ -31,9 +31,9 @@ bool SameLocation(const Location& a, const Location& b) {
   return a.space() == b.space() && a.address == b.address && a.count == b.count;
 }
 
-/// Returns the layer in which the twin draws a place into registers; a later layer overwrites an
-/// earlier one. 0: texts of codes; 1: bits; 2: whole numbers; 3: numbers with a scale register, so
-/// that number and scale agree.
+/// Returns the layer in which the simulated device draws a location into registers; a later layer
+/// overwrites an earlier one. 0: texts of codes; 1: bits; 2: whole numbers; 3: numbers with a scale
+/// register, so that number and scale agree.
 int Layer(const Location& place) {
   if (place.scale) return 3;
   if (place.form == Form::text) return 0;

@@ -21,8 +21,8 @@ constexpr std::uint16_t Swapped(std::uint16_t word) {
   return static_cast<std::uint16_t>((word << 8U) | (word >> 8U));
 }
 
-/// Returns the word order that applies to the place. A point's own order applies to every register;
-/// the device's order applies only to numbers in several registers.
+/// Returns the word order that applies to the location. A point's own order applies to every
+/// register; the device's order applies only to numbers in several registers.
 WordOrder OrderOf(const Location& place, const Settings& settings) {
   if (place.order) return *place.order;
   const bool apart = place.form == Form::date && place.date != DateForm::unix;

@@ -1,4 +1,4 @@
-// Converts registers to values and back, by the form and word order of a place.
+// Converts registers to values and back, by the form and word order of a location.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ inline std::uint16_t U16At(View bytes, std::size_t at) {
 /// Returns the big-endian words of `bytes` from offset `at` to the end.
 Registers WordsFrom(View bytes, std::size_t at);
 
-/// Decodes a value. `registers`: exactly the registers of the place, without its scale register.
+/// Decodes a value. `registers`: exactly the registers of the location, without its scale register.
 Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
                const Settings& settings);
 
@@ -31,11 +31,12 @@ Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
 Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
                     const Settings& settings, std::span<const config::Sentinel> sentinels);
 
-/// Returns the registers of the place for `value`, or an error if the value does not fit: no value
-/// is clamped or wrapped. Must not be called for Form::bit, Form::bits and Form::text (use CodeOf).
+/// Returns the registers of the location for `value`, or an error if the value does not fit: no
+/// value is clamped or wrapped. Must not be called for Form::bit, Form::bits and Form::text (use
+/// CodeOf).
 Result<Registers> Encode(const Location& place, const Value& value, const Settings& settings);
 
-/// Returns the code of the text `value` in the place's text table, or nothing.
+/// Returns the code of the text `value` in the location's text table, or nothing.
 std::optional<std::uint16_t> CodeOf(const Location& place, const Value& value,
                                     const Settings& settings);
 

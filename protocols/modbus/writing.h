@@ -65,8 +65,8 @@ class Writing {
 };
 
 /// Returns the indices of the points whose values can change when the slave carries out the
-/// request: points whose place in `read` or `write` overlaps the written range. Empty: the effect
-/// of the request is unknown.
+/// request: points whose location in `read` or `write` overlaps the written range. Empty: the
+/// effect of the request is unknown.
 std::optional<std::vector<std::size_t>> ChangedPoints(View pdu, const config::Device& device);
 
 }  // namespace baudgate::protocols::modbus

@@ -13,7 +13,7 @@ namespace baudgate::protocols::reader {
 
 Expectation Expect(View request, const Settings& settings);
 
-/// Cuts a line of text. Twins use it for the commands that they get.
+/// Cuts a line of text. Simulated devices use it for the commands that they get.
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut MessageRule(View held, const Expectation& expect, bool idle);
 

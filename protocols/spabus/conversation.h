@@ -25,8 +25,8 @@ namespace baudgate::protocols::spabus {
 // request, or else the same item of consecutive channels.
 
 /// Items of one category that one request can read: consecutive numbers in one channel (1I1, 1I2,
-/// 1I3), or, if `across`, one number in consecutive channels (1I1, 2I1, 3I1). The places in a block
-/// of the plan are these numbers or channels.
+/// 1I3), or, if `across`, one number in consecutive channels (1I1, 2I1, 3I1). The positions in a
+/// block of the plan are these numbers or channels.
 struct Row {
   char category = 'I';
   bool across = false;

@@ -18,7 +18,7 @@ namespace {
 constexpr int kDamaged = 0;
 constexpr int kMissing = 6;
 constexpr int kBadValue = 8;
-/// The twin refuses requests for more items than this.
+/// The simulated device refuses requests for more items than this.
 constexpr std::size_t kMostItems = 500;
 
 constexpr std::size_t kRegister = 65;
@@ -52,8 +52,8 @@ bool HasOffset(const config::Device& device) {
                              [](const config::Point& point) { return point.read == kOffsetItem; });
 }
 
-/// Returns the seconds of the twin's clock. This clock is not set, so its minutes begin at any
-/// time.
+/// Returns the seconds of the simulated device's clock. This clock is not set, so its minutes begin
+/// at any time.
 std::string PrintSeconds(Duration time) {
   const auto millis = time / 1ms % 60'000;
   return fmt::format("{:02}.{:03}", millis / 1000, millis % 1000);

@@ -45,7 +45,7 @@ class SpaTwin final : public Twin {
   TwinPoints<Address> points_;
   unsigned slave_;
   unsigned reply_as_;
-  int reading_ = 0;  ///< the checksum variant of the twin, one of kCovers…
+  int reading_ = 0;  ///< the checksum variant of the simulated device, one of kCovers…
   std::size_t write_items_ = 1;
   std::int64_t password_ = 0;
   bool open_ = false;

@@ -21,8 +21,8 @@
 
 namespace baudgate::protocols::telegram {
 
-/// An example of a telegram in a description. It is checked when the description is read. The twin
-/// takes the values of fields that no point reads from it.
+/// An example of a telegram in a description. It is checked when the description is read. The
+/// simulated device takes the values of fields that no point reads from it.
 struct Example {
   Bytes send{};
   Bytes receive{};

@@ -620,8 +620,8 @@ std::vector<ConfigRemark> FaultsOf(const config::Device& device) {
         {kNoPoint,
          "has no key 'telegrams'; describe there what the gateway sends and the device answers"}};
   }
-  // There are no telegrams if the description has errors, which were reported at their place in the
-  // file.
+  // There are no telegrams if the description has errors, which were reported at their position in
+  // the file.
   if (description->telegrams.empty()) return {};
   return FaultFinder(device, *description).Run();
 }

@@ -115,7 +115,7 @@ const Meaning* FindCode(const Codes& codes, const Format& format, View bytes, co
 /// Checks a code. The error gives the reason why a field of this format cannot contain the code.
 Status CheckCode(const Format& format, std::string_view code);
 
-/// Returns a number that a twin can send for the code. Empty: the code is a text.
+/// Returns a number that a simulated device can send for the code. Empty: the code is a text.
 Value NumberOf(const Format& format, std::string_view code);
 
 }  // namespace baudgate::protocols::telegram

@@ -16,7 +16,7 @@ using config::YamlNode;
 constexpr std::size_t kMostForms = 20;
 constexpr std::int64_t kMostSkipped = 255;
 
-/// A field whose place is given by a map, not by a pattern: { at: 4, format: uint16_be }.
+/// A field whose position is given by a map, not by a pattern: { at: 4, format: uint16_be }.
 struct PlacedField {
   Element element;
   std::size_t at = 0;

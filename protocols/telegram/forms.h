@@ -24,7 +24,7 @@ struct Framing {
   bool strict = false;
 };
 
-/// Returns the place in the file of the character `at` in the node's text.
+/// Returns the position in the file of the character `at` in the node's text.
 config::Mark PlaceIn(const config::YamlNode& node, std::size_t at);
 
 /// Reads bytes that are written as a pattern without fields. Empty: there is an error, which is

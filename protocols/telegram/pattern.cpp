@@ -158,7 +158,7 @@ class PatternParser {
   bool hex_ = false;
   std::size_t at_ = 0;
   Pattern pattern_;
-  // For each field: the index of its element, and the place of its first character in the text.
+  // For each field: the index of its element, and the position of its first character in the text.
   std::vector<std::pair<std::size_t, std::size_t>> places_;
   std::optional<PatternError> error_;
 };

@@ -23,7 +23,8 @@ void AddForm(const Form& form, std::size_t most, Awaited& awaited, Expectation& 
   awaited.forms.push_back(&form);
 }
 
-/// Adds the places of the password in the request, and of the check value that is computed over it.
+/// Adds the positions of the password in the request, and of the check value that is computed over
+/// it.
 void AddSecrets(const Form& form, const Match& match, Expectation& expect) {
   if (!form.pattern.Has(kPassword)) return;
   std::size_t at = 0;
@@ -128,8 +129,8 @@ bool AllHarmless(View bytes) {
                              [](std::uint8_t byte) { return cut::IsHarmless(byte, "\r\n"); });
 }
 
-/// Returns the place behind the first characters that end one of the unmarked forms. Empty: these
-/// characters have not come.
+/// Returns the position behind the first characters that end one of the unmarked forms. Empty:
+/// these characters have not come.
 std::optional<std::size_t> EndOfLine(View held, const Awaited& awaited) {
   std::optional<std::size_t> first;
   for (const Form* form : awaited.forms) {

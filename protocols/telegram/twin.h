@@ -31,7 +31,8 @@ class TelegramTwin final : public Twin {
                 std::size_t point, Instant now, Bound& values) const;
 
   TwinValues& values_;
-  const std::shared_ptr<const Description> description_;  // null: the twin never answers
+  const std::shared_ptr<const Description>
+      description_;  // null: the simulated device never answers
   const Bound bound_;
   std::optional<Value> reply_as_;
   std::vector<std::optional<ReadPlace>> reads_;  // index: point

@@ -1,4 +1,5 @@
-// Tests place and text of every problem of a configuration, as listed in tests/config/problems.txt.
+// Tests position and text of every problem of a configuration, as listed in
+// tests/config/problems.txt.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Fuzzes a conversation with tasks and replies. The replies range from the valid replies of the
-// twin to noise.
-// Input: device, options, then steps. A step is a task and a reply (see RunTask and TakeReply).
+// simulated device to noise. Input: device, options, then steps. A step is a task and a reply (see
+// RunTask and TakeReply).
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <limits>
@@ -211,9 +211,9 @@ class Session {
     return conversation_->OnFailure(task, request, outcome, now_);
   }
 
-  /// Takes one byte: 0 and 1 the twin's reply; 2 the twin's reply with edits and a new checksum; 3
-  /// with edits but the old checksum; 4 arbitrary bytes with a checksum; 5 without a checksum; 6 no
-  /// reply; 7 the request itself.
+  /// Takes one byte: 0 and 1 the simulated device's reply; 2 the simulated device's reply with
+  /// edits and a new checksum; 3 with edits but the old checksum; 4 arbitrary bytes with a
+  /// checksum; 5 without a checksum; 6 no reply; 7 the request itself.
   Bytes TakeReply(const protocols::Request& request) {
     const std::uint8_t head = input_.U8();
     const std::uint8_t kind = head & 7U;

@@ -1,6 +1,7 @@
-// Fuzzes the laws of frame rules: every cut lies within the held bytes; bytes in = delivered +
-// discarded + held; memory is bounded; the frames do not depend on how the bytes are fragmented.
-// Input: options; for replies a length byte and the request; then pieces (tests/fuzz/stream.h).
+// Fuzzes the frame rules and checks their laws: every cut lies within the held bytes; bytes in =
+// delivered + discarded + held; memory is bounded; the frames do not depend on how the bytes are
+// fragmented. Input: options; for replies a length byte and the request; then pieces
+// (tests/fuzz/stream.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 

@@ -1,7 +1,7 @@
-// Fuzzes telegram descriptions: the frame rule keeps its laws, and a decoded number is always
-// valid.
-// Input: flags; up to four patterns, each behind a length byte; then pieces, each behind a length
-// byte. A length with 0x80 stands for a telegram of the first pattern in place of a piece.
+// Fuzzes telegram descriptions: the frame rule keeps the laws in protocols/frame_rule.h, and a
+// decoded number is always valid. Input: flags; up to four patterns, each behind a length byte;
+// then pieces, each behind a length byte. A length with 0x80 stands for a telegram of the first
+// pattern in place of a piece.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <memory>

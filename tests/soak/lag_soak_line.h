@@ -1,6 +1,6 @@
-// `LagSoakLine` is a real line on a pty behind a lagging server. The values of its twins contain
-// the device and the time of measurement (tests/protocols/runs/lag_stage.h). Quiet and troubled
-// turns alternate.
+// `LagSoakLine` is a real line on a pty behind a lagging server. The values of its simulated
+// devices contain the device and the time of measurement (tests/protocols/runs/lag_stage.h). Quiet
+// and troubled turns alternate.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,8 +19,8 @@ namespace baudgate {
 
 class LagSoakLine final : public protocols::LagStage {
  public:
-  /// The twins run on `world`, in the thread that calls these functions. The line runs in a thread
-  /// of its own.
+  /// The simulated devices run on `world`, in the thread that calls these functions. The line runs
+  /// in a thread of its own.
   LagSoakLine(const protocols::LagCase& which, unsigned seed, const std::string& path,
               asio::io_context& world);
   ~LagSoakLine() override { runner_->Stop(); }
@@ -28,8 +28,8 @@ class LagSoakLine final : public protocols::LagStage {
   void BeginTroubles(Duration turn);
   void EndTroubles();
   bool IsReplacing() const;
-  /// Checks the store and does what is due; must be called as often as possible. A wrong reading
-  /// fails the test.
+  /// Checks the store, and changes devices and faults when their time has come; must be called as
+  /// often as possible. A wrong reading fails the test.
   void Look();
   void PrintSummary();
 

@@ -1,6 +1,6 @@
-// Soak in real time on ptys: one line for each protocol, twins with every fault, and a reader that
-// compares with the true values. It takes ten minutes under AddressSanitizer by `packaging/soak.sh
-// ptys`, some seconds in ctest. BAUDGATE_SOAK_SECONDS sets the length.
+// Soak in real time on ptys: one line for each protocol, simulated devices with every fault, and a
+// reader that compares with the true values. It takes ten minutes under AddressSanitizer by
+// `packaging/soak.sh ptys`, some seconds in ctest. BAUDGATE_SOAK_SECONDS sets the length.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>

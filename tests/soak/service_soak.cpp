@@ -1,9 +1,8 @@
-// Soak of the gateway as a service with devices, each a twin on a pty. Measures the time from its
-// start to the first good value and to its end. Checks that memory, descriptors and files do not
-// grow, neither during a run nor from one kill -9 to the next. `packaging/soak.sh service` prints
-// the results.
-// Environment: BAUDGATE_SOAK_SECONDS (length of the run that is watched), _KILLS, _DEVICES (14 at
-// most), _DDS (1: with the DDS process).
+// Soak of the gateway as a service with devices, each a simulated device on a pty. Measures the
+// time from its start to the first good value and to its end. Checks that memory, descriptors and
+// files do not grow, neither during a run nor from one kill -9 to the next. `packaging/soak.sh
+// service` prints the results. Environment: BAUDGATE_SOAK_SECONDS (length of the run that is
+// watched), _KILLS, _DEVICES (14 at most), _DDS (1: with the DDS process).
 // SPDX-License-Identifier: Apache-2.0
 #include <signal.h>
 

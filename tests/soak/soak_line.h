@@ -1,5 +1,5 @@
-// `SoakLine` is a real line on a pty for a soak, with paced twins that misbehave on demand. It
-// compares the point store with the true values (tests/protocols/runs/rig.h).
+// `SoakLine` is a real line on a pty for a soak, with paced simulated devices that misbehave on
+// demand. It compares the point store with the true values (tests/protocols/runs/rig.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// `FixedValues` makes a twin measure the values that a test sets.
+// `FixedValues` makes a simulated device measure the values that a test sets.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -16,7 +16,7 @@ namespace baudgate {
 namespace {
 
 constexpr int kPatience = 20'000;
-constexpr std::size_t kLengthPlace = 4;  // place of the length in a Modbus TCP header
+constexpr std::size_t kLengthPlace = 4;  // position of the length in a Modbus TCP header
 constexpr std::size_t kChunk = 4096;
 
 bool Readable(int socket) {

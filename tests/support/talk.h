@@ -1,4 +1,4 @@
-// `Talk` runs a conversation against the twin of its device, without poller, line or wire.
+// `Talk` runs a conversation against a simulated device, without poller, line or wire.
 //
 //   Talk talk(DconProtocol(), device);
 //   talk.Ask(Poll(0))                           → Request "#01\r"
@@ -42,7 +42,8 @@ protocols::Task Write(std::size_t point, Value value);
 /// Returns the first complete frame of `bytes`, which silence follows; empty: no frame is complete.
 Bytes CutFrame(protocols::FrameRule rule, protocols::Expectation expect, View bytes);
 
-/// Returns the twin's reply; empty: the bytes are not a complete request, or the twin is silent.
+/// Returns the simulated device's reply; empty: the bytes are not a complete request, or the
+/// simulated device is silent.
 Bytes AskTwin(const protocols::Protocol& protocol, protocols::Twin& twin,
               const config::Options& options, View request, Instant now = {});
 

@@ -105,7 +105,7 @@ TwinBus::Answer TwinBus::Ask(View request, const config::SerialSettings& serial,
     protocols::Assembler assembler;
     assembler.Begin(one->protocol->request_rule,
                     one->protocol->expect({}, ParseOptions(*one->protocol, one->device->options)));
-    // A twin that does not check parity receives the bytes of the request unchanged.
+    // A simulated device that does not check parity receives the bytes of the request unchanged.
     assembler.Feed(one->judges_parity ? View(heard.bytes) : request);
     auto frame = assembler.Next(false);
     if (!frame) frame = assembler.Next(true);

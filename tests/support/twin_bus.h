@@ -1,4 +1,4 @@
-// `TwinBus` simulates twins of several protocols with separate serial settings on one bus, for
+// `TwinBus` simulates devices of several protocols with separate serial settings on one bus, for
 // tests of scans. It works on the bits of characters: 7E1 received as 8N1 looks as on a real wire.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -31,7 +31,8 @@ struct TwinWish {
   std::string address;
   config::SerialSettings serial;
   std::vector<std::pair<std::string, std::string>> options{};
-  bool judges_parity = true;  ///< true: the twin ignores characters with another parity or length
+  bool judges_parity =
+      true;  ///< true: the simulated device ignores characters with another parity or length
 };
 
 class TwinBus {
@@ -39,7 +40,8 @@ class TwinBus {
   void Add(const TwinWish& wish);
   config::Device& device(std::size_t index) { return *twins_[index]->device; }
 
-  /// The bytes that are received after a request, and the number of twins that answered.
+  /// The bytes that are received after a request, and the number of simulated devices that
+  /// answered.
   struct Answer {
     FromWire heard;
     int speakers = 0;

@@ -1,6 +1,6 @@
 // `VirtualLine` is a whole line under virtual time: the poller, a wire with a bit rate, and the
-// twins of all devices, whose behaviour a test can disturb. Time jumps from event to event; no real
-// clock is used. Works with the toy protocol and with the real protocols:
+// simulated devices of all devices, whose behaviour a test can disturb. Time jumps from event to
+// event; no real clock is used. Works with the toy protocol and with the real protocols:
 //
 //   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
 //   line.Open();
@@ -31,7 +31,8 @@ class Poller;
 
 namespace baudgate {
 
-/// How a device behaves on the wire, independent of its twin's answers. Can be changed at any time.
+/// How a device behaves on the wire, independent of the replies that the simulated device computes.
+/// Can be changed at any time.
 struct Manner {
   bool dead = false;
   Duration think = 5ms;      ///< time from the end of the request to the first byte of the reply
@@ -40,12 +41,13 @@ struct Manner {
   int copies = 1;
   Duration babble{};
   std::function<Bytes(Bytes reply)> distort;
-  /// Returns a reply in place of the twin's; nothing: the twin's reply is sent. Not called for
-  /// requests that the twin does not answer, such as those to other devices.
+  /// Returns a reply in place of the simulated device's; nothing: the simulated device's reply is
+  /// sent. Not called for requests that the simulated device does not answer, such as those to
+  /// other devices.
   std::function<std::optional<Bytes>(View request)> instead;
   /// Returns what arrives and when, in place of the behaviour that the members above set; only
   /// `dead` and `fragment` still apply. Called for every request on the line; `reply` is empty if
-  /// the twin does not answer. Example: gateway/tools/simulate/twin_faults.h.
+  /// the simulated device does not answer. Example: gateway/tools/simulate/twin_faults.h.
   std::function<std::vector<tools::TimedPiece>(View request, Bytes reply, Instant end_of_request)>
       deliver;
 };

@@ -1,6 +1,6 @@
-// `BadCable` is a cable between daemon and twin that fragments, delays and damages replies.
-// Requests pass unchanged. The daemon opens its pty; a thread carries the bytes to and from the
-// twin's pty.
+// `BadCable` is a cable between daemon and simulated device that fragments, delays and damages
+// replies. Requests pass unchanged. The daemon opens its pty; a thread carries the bytes to and
+// from the simulated device's pty.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,8 @@ namespace baudgate::system_test {
 
 class BadCable {
  public:
-  /// `near` is the link that the daemon opens, `far` the twin's. The damage depends on `seed`.
+  /// `near` is the link that the daemon opens, `far` the simulated device's. The damage depends on
+  /// `seed`.
   BadCable(const std::string& near, const std::string& far, std::uint32_t seed);
   ~BadCable();
   BadCable(const BadCable&) = delete;

@@ -79,8 +79,8 @@ Child::~Child() {
 
 void Child::Signal(int number) const {
   if (id_ <= 0 || ended_) return;
-  // A killed twin leaves its link. The kernel gives the number of its pty to a new pty, so the link
-  // would lead to another test's pty.
+  // A killed simulated device leaves its link. The kernel gives the number of its pty to a new pty,
+  // so the link would lead to another test's pty.
   if (number == SIGKILL && !pty_.empty()) std::filesystem::remove(pty_);
   ::kill(id_, number);
 }

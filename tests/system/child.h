@@ -1,5 +1,5 @@
-// `Child` is a child process of a system test: the daemon, a twin, mbpoll or a subscriber. Its
-// output goes to files in the test's directory. It dies with the test.
+// `Child` is a child process of a system test: the daemon, a simulated device, mbpoll or a
+// subscriber. Its output goes to files in the test's directory. It dies with the test.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

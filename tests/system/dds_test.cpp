@@ -1,4 +1,5 @@
-// Tests that the values of twins arrive at `baudgate watch` and at another vendor's subscriber.
+// Tests that the values of simulated devices arrive at `baudgate watch` and at another vendor's
+// subscriber.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -88,7 +89,8 @@ TEST_F(OnDds, WatchAndAForeignSubscriberSeeTheSameValues) {
 
 TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   StartTwins();
-  // Without the twin, one device is missing. Its points are announced and removed like all points.
+  // Without the simulated device, one device is missing. Its points are announced and removed like
+  // all points.
   io.reset();
   daemon = StartDaemon(Yaml(true));
   const std::size_t points = PointCount();

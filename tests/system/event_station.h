@@ -1,4 +1,4 @@
-// The fixture of event tests: a relay's twin that has events, and the gateway that stores them.
+// The fixture of event tests: a simulated relay that has events, and the gateway that stores them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-// Tests events with a relay's twin that deletes events once they were read, and a gateway that is
-// killed in bursts of events. $BAUDGATE_EVENT_KILLS: the number of kills, by default 5.
+// Tests events with a simulated relay that deletes events once they were read, and a gateway that
+// is killed in bursts of events. $BAUDGATE_EVENT_KILLS: the number of kills, by default 5.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/resource.h>

@@ -84,7 +84,8 @@ TEST_P(SilentDevice, IsOfflineUntilItAnswersAgain) {
   EXPECT_TRUE(Eventually([&] { return client.Register(unit, 9000) == kOffline; }));
   EXPECT_TRUE(EventuallyLogged(*daemon, "offline"));
 
-  // While the twin was stopped, its pty stored all requests. Now the twin answers all of them late.
+  // While the simulated device was stopped, its pty stored all requests. Now the simulated device
+  // answers all of them late.
   twin.Signal(SIGCONT);
   EXPECT_TRUE(TrueValuesUntil(unit, value, [&] { return client.Register(unit, 20000) == kGood; }));
   EXPECT_TRUE(EventuallyFloat(client, unit, 0, value));
@@ -122,7 +123,8 @@ class Damage : public ThreeDevices {
                 "address: 200, profile: meter, unit: 21, poll: 100ms, slow: 1h", kTightTiming);
   }
 
-  /// Checks that every value that is served is the twin's. Returns the number of values.
+  /// Checks that every value that is served is the simulated device's. Returns the number of
+  /// values.
   int ExpectTrueValues() {
     int served = 0;
     const auto check = [&](int unit, int address, float value) {

@@ -1,5 +1,6 @@
-// `PtyBus` is a bus of many twins on one pty, for tests of `baudgate scan`. A pty stores only the
-// bit rate and whether the parity is odd, so a twin answers if these two are right for it.
+// `PtyBus` is a bus of many simulated devices on one pty, for tests of `baudgate scan`. A pty
+// stores only the bit rate and whether the parity is odd, so a simulated device answers if these
+// two are right for it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

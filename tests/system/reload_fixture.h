@@ -1,4 +1,5 @@
-// The fixture of reload tests: a gateway with three twins, whose file is changed while it runs.
+// The fixture of reload tests: a gateway with three simulated devices, whose file is changed while
+// it runs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // `Station` is the fixture of the system tests: a directory, a free port, a DDS domain, profiles
-// with fixed values, twins (`baudgate simulate`), and the daemon that reads them.
+// with fixed values, simulated devices (`baudgate simulate`), and the daemon that reads them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,7 @@ namespace baudgate::system_test {
 
 using Json = nlohmann::json;
 
-/// The values of a twin by the name of the point, as written behind `simulate:`.
+/// The values of a simulated device by the name of the point, as written behind `simulate:`.
 using FixedValues = std::map<std::string, std::string>;
 
 class Station : public testing::Test {

@@ -1,5 +1,5 @@
-// `TappedCable` is a cable that records all bytes from daemon to twin. For protocols whose requests
-// end with a carriage return.
+// `TappedCable` is a cable that records all bytes from daemon to simulated device. For protocols
+// whose requests end with a carriage return.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +16,7 @@ namespace baudgate::system_test {
 
 class TappedCable {
  public:
-  /// `near` is the link that the daemon opens, `far` the twin's link.
+  /// `near` is the link that the daemon opens, `far` the simulated device's link.
   TappedCable(const std::string& near, const std::string& far);
   ~TappedCable();
   TappedCable(const TappedCable&) = delete;

@@ -1,4 +1,5 @@
-// Tests that the values of the three reference devices' twins arrive at Modbus clients unchanged.
+// Tests that the values of the three simulated reference devices arrive at Modbus clients
+// unchanged.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <modbus/modbus.h>

@@ -1,4 +1,4 @@
-// Tests the page, the JSON and the metrics of a gateway with twins over HTTP.
+// Tests the page, the JSON and the metrics of a gateway with simulated devices over HTTP.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 

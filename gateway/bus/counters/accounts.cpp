@@ -25,7 +25,7 @@ void DeviceAccounts::OnOpened() {
   for (Entry& entry : entries_) entry.heard = now_.instant;
 }
 
-// ---------------------------------------------------------------- exchanges
+// ---------------------------------------------------------------- after an exchange
 
 void DeviceAccounts::OnExchange(const EndedExchange& ended, Now now) {
   const Member& member = *ended.member;
@@ -142,7 +142,7 @@ void DeviceAccounts::OnSecondReply(const Member& member) {
                       "again; if this goes on, 'baudgate status' shows the cause");
 }
 
-// ---------------------------------------------------------------- tasks
+// ---------------------------------------------------------------- after a task
 
 void DeviceAccounts::OnTask(const Member& member, bool answered) {
   const bool begins = !answered && !std::exchange(entries_[member].out, true);
@@ -198,7 +198,7 @@ void DeviceAccounts::OnOffline(const Member& member) {
   Change(member, [](DeviceStatus& status) { status.recent = {}; });
 }
 
-// ---------------------------------------------------------------- unasked
+// ---------------------------------------------------------------- messages that come unasked
 
 void DeviceAccounts::OnSpeaks(const Member& member) {
   Change(member, [](DeviceStatus& status) { status.unasked = true; });

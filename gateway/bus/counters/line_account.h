@@ -175,7 +175,8 @@ class LineAccount final : public ExchangeObserver {
   Now now_{};
   bool open_ = false;
   bool echoes_ = false;  // the request under way has come back as an echo
-  // The ring does not echo since this time; empty: the ring echoes.
+  // When the bus, a fibre ring, stopped echoing requests, so the ring may be open; empty: the bus
+  // echoes.
   std::optional<WallTime> cut_since_;
   Burst others_;  // echoes that differ from the request, because another master sends
   std::optional<Instant> silent_from_;  // first failure since the last answer of any device

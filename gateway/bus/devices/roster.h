@@ -1,7 +1,7 @@
 // `Roster` contains the members of a line. A member is a device of the configuration, or a slave
 // without configuration that only transparent routes reach. The roster makes the devices from the
 // configuration, and a slave when a client first sends a request to it. Parts of the poller store
-// their data about a member in a `ByMember`, whose index is the member's place in the roster.
+// their data about a member in a `ByMember`, which has one entry for each index of the roster.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -62,7 +62,7 @@
 
 namespace baudgate::bus {
 
-// ---------------------------------------------------------------- ask
+// ---------------------------------------------------------------- Ask: the next request
 
 namespace {
 
@@ -106,7 +106,7 @@ NextStep Job::Ask(LineContext& line, int repeats, Instant now) {
   return NextStep::Wait();
 }
 
-// ---------------------------------------------------------------- depart
+// ---------------------------------------------------------------- Depart: is the request sent now?
 
 std::optional<Withheld> Job::WhyNotSend(Instant now, bool /*held*/) const {
   if (step.request.closes) return std::nullopt;
@@ -169,7 +169,7 @@ std::optional<NextStep> Job::Withdraw(LineContext& line, Instant now) {
   return LetsPass(line, now) ? std::optional(NextStep::BackInQueue()) : std::nullopt;
 }
 
-// ---------------------------------------------------------------- send
+// ---------------------------------------------------------------- Start, Send: the request is sent
 
 Asked Job::asked() const {
   const bool alone = &goal() == this;
@@ -212,7 +212,7 @@ const protocols::Request& Job::Send(LineContext& line, Now now) {
   return request;
 }
 
-// ---------------------------------------------------------------- judge
+// ---------------------------------------------------------------- Judge: a frame has come
 
 namespace {
 
@@ -345,7 +345,7 @@ NextStep Job::Repeat() {
   return NextStep::Wait();
 }
 
-// ---------------------------------------------------------------- answer
+// ---------------------------------------------------------------- Answer: the request is answered
 
 /// Accepts a good reply. After a retry or a failed exchange of the job, another device may have
 /// answered. If the device has a name, new values and events then wait for a probe that asks for
@@ -420,7 +420,7 @@ bool Job::ParksBusy(const LineContext& line, Outcome outcome) const {
          parkings < member->max_retries && member->in_use && !line.agenda.parked.HasLike(*this);
 }
 
-// ---------------------------------------------------------------- fail
+// ---------------------------------------------------------------- Fail: after a failed exchange
 
 NextStep Job::Fail(LineContext& line, const ExchangeEnd& end, Instant now) {
   const bool heard_itself = attempt.answer.outcome == Outcome::unexpected;
@@ -466,7 +466,7 @@ NextStep Job::GiveUp(LineContext& line, const ExchangeEnd& end, Instant now) {
   return NextStep::Finish(end.outcome, end.reason);
 }
 
-// ---------------------------------------------------------------- end
+// ---------------------------------------------------------------- the end of the job
 
 NextStep Job::GoOn() {
   requests = broadcasts = 0;

@@ -14,7 +14,7 @@ namespace baudgate::bus {
 
 class ProbeJob final : public Job {
  public:
-  /// `goal`: the job that waits behind the probe; null: the probe stands alone.
+  /// `goal`: the job that waits behind the probe; null: no job waits.
   ProbeJob(Member& who, Instant now, std::unique_ptr<Job> goal = nullptr)
       : Job(who, {.kind = protocols::Task::Kind::probe}, now), goal_(std::move(goal)) {}
 

@@ -9,7 +9,7 @@
 
 namespace baudgate::bus {
 
-// ---------------------------------------------------------------- a job, from its departure on
+// ---------------------------------------------------------------- RoutedJob
 
 std::optional<Instant> RoutedJob::LatestStart() const {
   if (batch_.empty()) return Instant{};
@@ -118,7 +118,7 @@ void RoutedJob::End(const JobEnd& end, Instant /*now*/, EndEffects& effects) {
   }
 }
 
-// ---------------------------------------------------------------- which request may go
+// ---------------------------------------------------------------- RoutedJobs, ShortWriteSource
 
 Turns::Waiting RoutedJobs::Waiting() const {
   const RouteQueue& queue = agenda_.route_queue;

@@ -43,7 +43,7 @@ std::optional<Instant> WriteSource::NextAt(const Idle& idle) const {
   return soonest;
 }
 
-// ---------------------------------------------------------------- ask
+// ---------------------------------------------------------------- Ask: the next request
 
 WriteJob::WriteJob(Member& who, WriteCommand command, Instant now, std::size_t next)
     : Job(who, {.kind = protocols::Task::Kind::write}, now),
@@ -61,7 +61,7 @@ WriteJob::WriteJob(Member& who, WriteCommand command, Instant now, std::size_t n
   task.also.assign(rest.begin() + 1, rest.end());
 }
 
-// ---------------------------------------------------------------- send
+// ---------------------------------------------------------------- before a request is sent
 
 std::optional<Instant> WriteJob::LatestStart() const {
   return step.request.closes ? std::nullopt : std::optional(command_.deadline);
@@ -100,7 +100,7 @@ void WriteJob::NeverLeft() {
   if (sent() && !may_have_written_before_) command_.MoveTo(WriteState::queued);
 }
 
-// ---------------------------------------------------------------- answer and fail
+// ---------------------------------------------------------------- after an exchange
 
 void WriteJob::NoteTold(const JobEnd& told, bool may_have_acted) {
   may_have_acted_ = may_have_acted;
@@ -114,7 +114,7 @@ void WriteJob::OnGaveUp(const ExchangeEnd& end) {
   if (!step.request.closes) told_ = {end.outcome, end.reason};
 }
 
-// ---------------------------------------------------------------- end
+// ---------------------------------------------------------------- the end of the job
 
 /// Returns how the exchange that writes the points under_way() ended.
 /// * If a closing request got no answer, the earlier outcome of the write remains.

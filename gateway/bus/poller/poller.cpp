@@ -145,7 +145,7 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   SettleIfOpen();
 }
 
-// ---------------------------------------------------------------- the line is wanted otherwise
+// ---------------------------------------------------------------- pause of the line
 
 bool Poller::IsClear(Instant now) const {
   const auto until = hold_.WaitsUntil();

@@ -48,7 +48,7 @@ namespace baudgate::bus {
 // There is an order for each device, whose replies may lag, and one for the line, because a serial
 // server in front of the line can delay all replies. `WhoseReply` uses both.
 struct SentRequest {
-  std::size_t place = kNobody;  ///< place of the asked member in the roster; or kNobody, kStranger
+  std::size_t place = kNobody;  ///< index of the asked member in the roster; or kNobody, kStranger
   Bytes bytes;                  ///< the request without its sequence number (Asked::question)
   Instant at{};
   bool proof = false;  ///< the reply to this request differs from the replies to all polls
@@ -171,8 +171,8 @@ class ReplyOrders {
     if (!own && !known) Of(member).OnLost();
   }
   /// Call when the reply does not answer `asked`. Returns true if it answers a request to another
-  /// device, which is certain only if replies carry addresses. The order of `asked.member` does not
-  /// change.
+  /// device, which is certain only if replies carry addresses. The AnswerOrder of `asked.member`
+  /// does not change.
   bool OnReplyOfAnother(const Asked& asked, const AnswerOrder::MayAnswer& may_answer) {
     const auto& everyone = roster_.everyone();
     const bool another = line_.Remembers([&](const SentRequest& sent, std::size_t before) {
@@ -245,7 +245,8 @@ class ReplyOrders {
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
   struct Entry {
     AnswerOrder order;
-    // Place of the first member with the same address; the order of that member is used for all.
+    // Roster index of the first member with the same address; the order of that member is used for
+    // all.
     std::size_t first = kSelf;
   };
 
@@ -355,12 +356,12 @@ class WhoseReply {
   /// reply to an earlier request could be mistaken for the reply to `asked`, or it is not certain
   /// which device answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
-  /// True if the device has no points to read and has never answered a proof. Example: a relay card
-  /// that does not support Modbus function 08. Writes are then sent without a probe; an answered
-  /// write shows that the card is there.
+  /// True if the device has no points to read and has never answered a proof (a probe whose reply
+  /// differs from all other replies). Example: a relay card that does not support Modbus function
+  /// 08. Writes are then sent without a probe; an answered write shows that the card is there.
   bool IsProbedByWrites(const Device& device) const;
-  /// ProofEnds returns until when the latest proof of the member is valid; ProofRenews returns from
-  /// when on it can be renewed.
+  /// A proof is a probe whose reply differs from all other replies. ProofEnds returns until when
+  /// the latest proof of the member is valid; ProofRenews returns from when on it can be renewed.
   Instant ProofEnds(const Member& member) const {
     return entries_[member].answered_probe ? entries_[member].proven_at + kProofHolds : Instant{};
   }
@@ -490,7 +491,7 @@ class WhoseReply {
 class LatestReadings {
  public:
   struct Points {
-    std::size_t device = 0;  ///< place of the device in the roster
+    std::size_t device = 0;  ///< index of the device in the roster
     std::vector<std::size_t> points{};
     bool operator==(const Points&) const = default;
   };

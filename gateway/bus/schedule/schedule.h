@@ -197,9 +197,9 @@ class Schedule {
   Duration used_{};
 };
 
-// `Background` chooses reads of low priority, such as load profiles. A proof
-// (gateway/bus/replies/whose_reply.h) can be made together with such a read, before the proof is
-// necessary and would delay a poll.
+// `Background` chooses reads of low priority, such as load profiles. A proof, a probe whose reply
+// differs from all other replies (gateway/bus/replies/whose_reply.h), can be made together with
+// such a read, before the proof is necessary and would delay a poll.
 class Background {
  public:
   /// A read that is due is sent after this time even if there is not enough time before the next
@@ -247,8 +247,8 @@ class Background {
   bool HasRoom(std::size_t device, Instant now) const {
     return device < items_.size() && Fits(items_[device], false, now);
   }
-  /// True if a read of the device can be made together with a proof now, and would end before the
-  /// next poll is due.
+  /// True if a background read of the device, and the probe before it that proves the order of
+  /// replies, would now end before the next poll is due.
   bool MayProve(std::size_t device, Instant now) const {
     return now >= items_[device].may_prove && Fits(items_[device], true, now);
   }

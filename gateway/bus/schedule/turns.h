@@ -88,8 +88,8 @@ class TurnLimit {
       "its line has worked through 20000 steps without any pause, so the gateway now stops it for "
       "1 s after each 20000. Report this error of the gateway or of a protocol's plugin";
 
-  /// Counts a turn. Returns rest while the line rests; rest_and_tell if the user is to be warned
-  /// too (kWarning), at most once in kTellAgain.
+  /// Take counts a turn and returns whether the line may go on (`take`) or rests. `rest_and_tell`:
+  /// the user is to be warned as well (kWarning), at most once in kTellAgain.
   enum class Turn : std::uint8_t { take, rest, rest_and_tell };
   Turn Take(Instant now) {
     if (now < rests_until_) return Turn::rest;

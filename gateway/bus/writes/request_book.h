@@ -64,7 +64,7 @@ class RequestBook {
   /// Greatest number of requests of a client that are carried out at the same time.
   static constexpr std::size_t kUnderWay = 8;
   /// A client that has sent nothing for this time can be forgotten if another client needs its
-  /// place.
+  /// entry.
   static constexpr Duration kKept = 10min;
 
   struct Verdict {

@@ -99,8 +99,8 @@ bool RouteQueue::HasUrgent(std::uint8_t slave) const {
 }
 
 RouteQueue::Batch RouteQueue::TakeUrgent(const MayAsk& may_ask) {
-  std::array<std::size_t, 256> ends{};  // for each slave: place after its last short write
-  std::size_t end = 0;                  // place after the last short write to any slave
+  std::array<std::size_t, 256> ends{};  // for each slave: position after its last short write
+  std::size_t end = 0;                  // position after the last short write to any slave
   for (std::size_t place = 0; place < waiting_.size(); ++place) {
     if (IsShortWrite(waiting_[place])) end = ends[waiting_[place].slave] = place + 1;
   }

@@ -145,7 +145,7 @@ class RouteQueue {
   std::optional<Instant> Deadline() const;
 
  private:
-  /// Places are indices in waiting_.
+  /// Positions are indices in waiting_.
   std::optional<std::size_t> NextFor(std::uint8_t slave) const;
   template <typename Wanted>
   Batch TakeBest(const MayAsk& may_ask, Wanted wanted);

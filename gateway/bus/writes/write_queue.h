@@ -19,7 +19,7 @@
 
 namespace baudgate::bus {
 
-/// A query of a device. `device`: place of the device in the roster. `query`: number of the query.
+/// A query of a device. `device`: index of the device in the roster. `query`: number of the query.
 struct QueryRef {
   std::size_t device = 0;
   std::size_t query = 0;
@@ -58,7 +58,7 @@ class WriteQueue {
 
   /// Adds a command that the device has confirmed. It is answered when no read-back of the device
   /// waits any more, so that a client that writes and then reads does not get the old value.
-  /// `device`: place of the device, as in QueryRef.
+  /// `device`: index of the device in the roster.
   void Confirm(WriteCommand command, std::size_t device, Instant now);
   struct Confirmed {
     WriteCommand command;

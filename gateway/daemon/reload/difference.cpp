@@ -37,7 +37,7 @@ void WithoutWhatChangesInPlace(config::Line& line) {
     device.max_age.reset();
     device.dead_age.reset();
     for (config::Point& point : device.points) {
-      // A point without a register is still polled.
+      // Polls do not depend on the register: a point without a register is polled as well.
       point.modbus.reset();
       point.table = {};
       point.deadband = 0;

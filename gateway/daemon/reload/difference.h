@@ -45,7 +45,8 @@ std::string Summary(const Difference& difference);
 std::optional<std::string> WhyNot(const Difference& difference);
 
 // `Placement` contains the numbers of lines and devices after a reload: a line that continues keeps
-// its number, a line that ends leaves an empty place, and a line that starts gets the next number.
+// its number, a line that ends leaves its number unused, and a line that starts gets the next
+// number.
 //
 //   running        file            after the reload
 //   0 bay-1        bay-2           0 (empty, with as many nameless devices as before)

@@ -46,7 +46,7 @@ bool OnlyLong(const Evidence& evidence,
 }  // namespace
 
 /// True for a text protocol if a third of the failed replies or more lack bytes, in different
-/// places, and some replies are good. A text reply that lacks two characters can look complete
+/// positions, and some replies are good. A text reply that lacks two characters can look complete
 /// except for its check value.
 bool LosesAnywhere(const Evidence& evidence) {
   if (!evidence.traits().speaks_text) return false;

@@ -57,8 +57,8 @@ std::string NameOf(const bus::DeviceRecord& record);
 
 /// True if the device refuses points now, and each of them had a value before.
 bool RefusesWhatItGave(const bus::DeviceRecord& record);
-/// True if options of the device seem not to be fitted: it refuses at most half of its points, and
-/// at least one of them never had a value.
+/// True if options of the device seem not to be fitted: it refuses some of its points, at most
+/// half, and these have never had a value.
 bool LacksOptions(const bus::DeviceRecord& record);
 
 /// True if no value is good because of the device as a whole: another device answers in its place,

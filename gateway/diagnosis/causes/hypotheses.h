@@ -64,7 +64,7 @@ double Always(const Evidence& evidence) {
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
-/// True if text replies lose characters in different places and show no symptom of noise.
+/// True if text replies lose characters in different positions and show no symptom of noise.
 bool LosesAnywhere(const Evidence& evidence);
 
 double NotTransparent(const Evidence& evidence);

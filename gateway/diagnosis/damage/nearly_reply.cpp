@@ -275,7 +275,7 @@ bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
   return fit == 1;
 }
 
-/// True if a text is whole with one more character at some place, and only one character fits
+/// True if a text is whole with one more character at some position, and only one character fits
 /// there.
 bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
   heard = WithoutLineEndBefore(heard);

@@ -118,8 +118,8 @@ class PortOwner {
   virtual void Want(PortUser& user, const Visit& visit, Now now) = 0;
   /// Gives the port back. `why` is a text for users: why the client leaves.
   virtual void Return(PortUser& user, const Visit& visit, const std::string& why, Now now) = 0;
-  /// Reports that clients can connect at `place`, or, in `trouble`, why they cannot. The server
-  /// retries.
+  /// Reports that clients can connect at the address `place`, or, in `trouble`, why they cannot.
+  /// The server retries.
   virtual void OnListening(const std::string& place, const std::string& trouble, Now now) = 0;
   /// Reports a client that has connected: its address, and the result of its TLS handshake.
   struct Arrival {

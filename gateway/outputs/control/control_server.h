@@ -71,8 +71,8 @@ class TraceStream {
 // Limits of a session's memory and time.
 struct Limits {
   std::size_t clients = 16;
-  /// Clients that are accepted in addition to `clients`, e.g. for `baudgate confirm` while traces
-  /// occupy all other places. They get no trace.
+  /// Clients that are accepted in addition to `clients`, e.g. for `baudgate confirm` while clients
+  /// with traces use up `clients`. They get no trace.
   std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< longest request line in bytes
   /// Time for the client to send a whole request or to read a whole answer, and for the gateway to

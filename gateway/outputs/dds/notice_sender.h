@@ -35,7 +35,7 @@ class EventSupply {
     std::uint64_t seq = 0;
     bool sure = false;  ///< true: subscribers have acknowledged all events up to `seq`
   };
-  /// Returns the Place of the last call of Keep, also after a restart; nothing: Keep was never
+  /// Returns the argument of the last call of Keep, also after a restart; nothing: Keep was never
   /// called. The result is valid when newest() is not 0.
   virtual std::optional<Place> place() const { return std::nullopt; }
   virtual void Keep(Place /*place*/) {}

@@ -50,7 +50,7 @@ struct FilesState {
   std::vector<std::string> troubles{};
 };
 
-/// The certificate of one use that ends first.
+/// For one use of certificates: the certificate that expires first.
 struct CertificateEnd {
   std::string use;  ///< "web", "listener 0.0.0.0:802", "line bay-1", "dds"
   WallTime until{};

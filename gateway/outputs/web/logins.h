@@ -1,8 +1,8 @@
 // `Logins` knows who is logged in: browsers by the random number in their cookie, programs by the
-// token in each request. Tokens are the one of web.token, and those of users. A host with too many
-// wrong tokens or passwords is told to wait, and so is every host if all together have sent too
-// many. A right token is accepted even then, so nobody can lock its owner out; a password is not,
-// because it can be guessed. Any thread may call it; the time is an argument.
+// token in each request. Valid tokens are the token of web.token, and those of users. A host with
+// too many wrong tokens or passwords is told to wait, and so is every host if all together have
+// sent too many. A right token is accepted even then, so nobody can lock its owner out; a password
+// is not, because it can be guessed. Any thread may call it; the time is an argument.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,8 +31,9 @@ class Logins {
   /// A session without a request for this time ends.
   static constexpr Duration kIdle = 30min;
   static constexpr Duration kWindow = 1min;
-  static constexpr std::size_t kMostFailures = 5;   ///< wrong tokens of one host in kWindow
-  static constexpr std::size_t kMostGuesses = 100;  ///< wrong tokens of all hosts in kWindow
+  static constexpr std::size_t kMostFailures =
+      5;  ///< wrong tokens and passwords of one host in kWindow
+  static constexpr std::size_t kMostGuesses = 100;  ///< wrong tokens and passwords of all hosts
   static constexpr std::size_t kMostSessions = 256;
   static constexpr std::size_t kMostOfUser = 16;  ///< sessions of one user
 

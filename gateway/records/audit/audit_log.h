@@ -136,7 +136,7 @@ class AuditLog final : public WriteLog, public AuditSource {
  public:
   static constexpr Duration kTick = 1s;
   struct Options {
-    std::filesystem::path file;  ///< empty: there is no place for the file
+    std::filesystem::path file;  ///< empty: there is no folder for the file
     std::string why_no_file{};
     bool require = false;
     std::string vfs{};

@@ -16,8 +16,7 @@
 namespace baudgate::audit {
 
 // `ReadPage` reads the records of the audit, page by page, for `baudgate writes`. It uses a
-// separate connection, so it delays no writer. The file can contain anything; every field is
-// checked.
+// separate connection, so it delays no writer. The file may be damaged; every field is checked.
 
 /// The number of records of one page, one line of the control socket: about 40 kB, at most 1 MB.
 inline constexpr std::size_t kPage = 100;

@@ -125,7 +125,8 @@ class AuditedWrites final : public bus::CommandSink {
   /// The longest time that a command waits for its record. It waits in a queue, so neither the line
   /// nor the caller of Submit waits.
   static constexpr Duration kWaitForRecord = 500ms;
-  /// The number of commands that can wait for their records; CommandRoom shares the places.
+  /// The number of commands that can wait for their records; CommandRoom limits the share of each
+  /// client.
   static constexpr std::size_t kLimit = 1024;
 
   /// All references must outlive this object; `log` must also outlive every command that was passed

@@ -205,7 +205,7 @@ struct SecurityJournal::File {
   Status Fail() {
     const int error = errno;
     ::close(std::exchange(descriptor, -1));
-    number = 0;  // the chain goes on behind the last row that the file has
+    number = 0;  // the next open reads it from the last row of the file
     hash.clear();
     return Error{SystemTrouble(error)};
   }

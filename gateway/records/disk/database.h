@@ -89,8 +89,8 @@ class Statement {
   /// fails.
   Statement(Database& database, std::string_view sql);
 
-  /// Binds a value to a place; places count from 1. An unsigned value above 2^63 - 1 is bound as a
-  /// text.
+  /// Binds a value to a parameter of the statement; parameters count from 1. An unsigned value
+  /// above 2^63 - 1 is bound as a text.
   void Bind(int place, std::int64_t number);
   void Bind(int place, std::string_view text);
   void Bind(int place, const std::string& text) { Bind(place, std::string_view(text)); }
@@ -109,7 +109,7 @@ class Statement {
   }
 
   Step Next();
-  /// Binds the values to the places from 1 on, runs the statement to its end, and resets it.
+  /// Binds the values to the parameters from 1 on, runs the statement to its end, and resets it.
   template <typename... Values>
   bool Run(const Values&... values) {
     BindAll(values...);

@@ -38,7 +38,7 @@ struct Known {
 constexpr std::array<Known, 3> kKnown = {
     {{kEventsApplication, kEventsVersion}, {0x42477661, 1}, {0x42477472, 1}}};
 
-/// The first bytes of an SQLite file, and places in its head:
+/// The first bytes of an SQLite file, and positions in its head:
 /// https://www.sqlite.org/fileformat.html, 1.3.
 constexpr std::string_view kMagic = "SQLite format 3";
 constexpr std::size_t kVersionAt = 60;

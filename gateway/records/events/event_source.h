@@ -18,7 +18,7 @@
 namespace baudgate::events {
 
 // `ReadPage` reads stored events page by page, for `baudgate events`. It uses a separate
-// connection, so no writer waits for it. The file can contain anything, so every field is checked.
+// connection, so no writer waits for it. The file may be damaged, so every field is checked.
 
 /// The limit of events in one page: about 40 kB on the control socket.
 inline constexpr std::size_t kPage = 200;

@@ -120,8 +120,8 @@ class PastTable {
 };
 
 // `ReadPast` reads values that devices have measured and stored themselves, page by page, for
-// `baudgate history`. It uses a separate connection, so no writer waits for it. The file can
-// contain anything.
+// `baudgate history`. It uses a separate connection, so no writer waits for it. The file may be
+// damaged, so a row can contain any value.
 
 /// The position at which a page ended. A device can report a time twice, so the row number is
 /// needed as well.

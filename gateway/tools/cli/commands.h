@@ -33,8 +33,8 @@ void AddClientCommands(CLI::App& app, Action& action);
 void AddBusCommands(CLI::App& app, Action& action);
 void AddDeviceCommands(CLI::App& app, Action& action);
 
-/// True if `word` is in the place of a subcommand but is no subcommand. The caller then lists the
-/// subcommands, because CLI11 does not list them.
+/// True if `word` is at the position of a subcommand but is no subcommand. The caller then lists
+/// the subcommands, because CLI11 does not list them.
 bool IsUnknownSubcommand(const CLI::App& app, std::string_view word);
 
 }  // namespace baudgate::tools

@@ -1,5 +1,6 @@
-// `Pty` is a pseudo terminal that replaces a serial cable, for twins, the demo and tests: bytes
-// that a twin writes to the master arrive at the program that reads the linked path.
+// `Pty` is a pseudo terminal that replaces a serial cable, for simulated devices, the demo and
+// tests: bytes that a simulated device writes to the master arrive at the program that reads the
+// linked path.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +12,7 @@
 namespace baudgate::tools {
 
 // `ServerOf` finds the program that serves the pty of a symbolic link, so that a second simulator
-// does not take over the link of a running twin.
+// does not take over the link of a running simulated device.
 //
 //   link -> /dev/pts/7, no /dev/pts/7                           not served: its program has ended
 //   link -> /dev/pts/7, which was created after the link        not served: the number was reused
@@ -50,7 +51,8 @@ class Pty {
   Status MakeLink(const std::string& link);
 
   int master_ = -1;
-  /// The slave stays open here, so that the twin gets no hang-up when a reader closes it.
+  /// The slave stays open here, so that the simulated device gets no hang-up when a reader closes
+  /// it.
   int slave_ = -1;
   std::string slave_path_;
   std::string link_;

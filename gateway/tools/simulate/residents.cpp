@@ -137,7 +137,8 @@ bool Residents::speaks_unasked() const {
   });
 }
 
-/// `seed`: the seed of the first twin; each further twin gets the next number.
+/// `seed`: the seed of the first simulated device; each further simulated device gets the next
+/// number.
 Residents::Twins Residents::MakeTwins(const protocols::Protocol& protocol,
                                       std::vector<config::Device> devices, std::uint32_t seed) {
   Twins twins;
@@ -225,8 +226,8 @@ void Residents::SetFaults(const std::vector<Fault>& wanted, Instant now) {
   });
 }
 
-/// Makes copies of the twins with different values, for the fault wrong_address. All copies reply
-/// under one address that no twin has.
+/// Makes copies of the simulated devices with different values, for the fault wrong_address. All
+/// copies reply under one address that no simulated device has.
 Residents::Twins Residents::MakeStrangers() const {
   std::vector<config::Device> devices;
   for (const auto& one : twins_) devices.push_back(one->device);

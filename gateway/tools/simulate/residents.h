@@ -23,12 +23,12 @@
 
 namespace baudgate::tools {
 
-/// The values that a twin measures: each point follows its `simulate:` entry, a slow wave or a
-/// fixed value. A value that was written stays.
+/// The values that a simulated device measures: each point follows its `simulate:` entry, a slow
+/// wave or a fixed value. A value that was written stays.
 class SimulatedValues final : public protocols::TwinValues {
  public:
-  /// `points` must outlive this object. `seed` shifts the waves, so that twins have different
-  /// values.
+  /// `points` must outlive this object. `seed` shifts the waves, so that simulated devices have
+  /// different values.
   SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed);
   Value Get(std::size_t point, Instant now) const override;
   void Set(std::size_t point, const Value& value) override;
@@ -39,8 +39,9 @@ class SimulatedValues final : public protocols::TwinValues {
   std::vector<Value> written_;
 };
 
-// `EventSchedule` tells when a twin raises events by itself, as the user writes it: "every:5s",
-// "every:1s,count=3". The twin raises the on and off events of its profile's table in turn. No I/O.
+// `EventSchedule` tells when a simulated device raises events by itself, as the user writes it:
+// "every:5s", "every:1s,count=3". The simulated device raises the on and off events of its
+// profile's table in turn. No I/O.
 struct EventSchedule {
   Duration every{};
   std::size_t count = 1;  ///< how many events are raised at a time
@@ -55,8 +56,8 @@ class TwinEvents {
  public:
   TwinEvents(const EventSchedule& schedule, Now start) : schedule_(schedule), start_(start) {}
 
-  /// Raises all events that are due. To be called before the twin answers a request. `device`: the
-  /// twin's device.
+  /// Raises all events that are due. To be called before the simulated device answers a request.
+  /// `device`: its configuration.
   void CatchUp(protocols::Twin& twin, const config::Device& device, Now now);
 
   std::uint64_t raised() const { return raised_; }
@@ -80,7 +81,7 @@ std::optional<std::string> FreeAddress(const protocols::Protocol& protocol,
 class Residents {
  public:
   struct Answer {
-    Bytes reply;                    ///< reply of the twin; empty: no twin answers
+    Bytes reply;  ///< reply of the simulated device; empty: no simulated device answers
     std::vector<TimedPiece> heard;  ///< bytes that the master receives, changed by faults
     /// True: pieces of earlier replies that were not sent yet must be dropped.
     bool interrupts = false;
@@ -102,7 +103,8 @@ class Residents {
 
   /// Returns the reply to one request. `end`: time of the last character of the request.
   Answer Hear(View request, Instant end);
-  /// Returns the next message that a twin sends unasked; empty: there is no message now.
+  /// Returns the next message that a simulated device sends unasked; empty: there is no message
+  /// now.
   Bytes Say(Now now);
 
   /// Replaces all faults. The counts and the schedules of the new faults start now.
@@ -136,7 +138,8 @@ class Residents {
   const TwinWire wire_;
   const protocols::ParsedOptions options_;
   Twins twins_;
-  Twins strangers_;  // these devices answer in place of the twins, for the fault wrong_address
+  Twins strangers_;  // these devices answer in place of the simulated devices, for the fault
+                     // wrong_address
   std::optional<TwinFaults> faults_;
   bool was_dead_ = false;
 };

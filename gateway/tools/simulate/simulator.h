@@ -37,14 +37,16 @@ struct SimulatorOptions {
   /// Serial settings that determine how long each character takes on the wire; empty: characters
   /// take no time.
   std::optional<config::SerialSettings> pace;
-  /// True: if a reader has set the pty to another bit rate or format than the twins have, reader
-  /// and twins receive what a UART would receive.
+  /// True: if a reader has set the pty to another bit rate or format than the simulated devices
+  /// have, reader and simulated devices receive what a UART would receive.
   bool strict = false;
   Duration think_time = 5ms;  ///< from the end of the request to the first byte of the reply
   std::vector<Fault> faults;  ///< the schedules of the faults begin when the simulator is created
-  std::optional<EventSchedule> events;  ///< empty: twins that send unasked raise events every 2 s
-  /// Called with each request, the reply of the twins (empty: no twin replies), and the bytes that
-  /// are sent, which include late replies and an echo. Called on the thread of the io_context.
+  std::optional<EventSchedule>
+      events;  ///< empty: simulated devices that send unasked raise events every 2 s
+  /// Called with each request, the reply of the simulated devices (empty: no simulated device
+  /// replies), and the bytes that are sent, which include late replies and an echo. Called on the
+  /// thread of the io_context.
   std::function<void(View request, View reply, View delivered)> observer;
 };
 
@@ -82,8 +84,8 @@ class Simulator {
   std::shared_ptr<Impl> impl_;
 };
 
-// `SimulateLine` makes the twins of a whole line of a configuration, which can have several
-// protocols and serial settings. Used by `baudgate simulate -c` and the demo.
+// `SimulateLine` makes the simulated devices of a whole line of a configuration, which can have
+// several protocols and serial settings. Used by `baudgate simulate -c` and the demo.
 
 /// Uses `link` or `listen`, faults, events and think time of `options`. `line` determines the bit
 /// rate, and the serial settings that a reader must use.

@@ -1,5 +1,5 @@
-// `TwinFaults` applies faults to the replies of a twin: a reply becomes timed pieces of bytes that
-// can be lost, damaged, torn, late or from another device. No I/O:
+// `TwinFaults` applies faults to the replies of a simulated device: a reply becomes timed pieces of
+// bytes that can be lost, damaged, torn, late or from another device. No I/O:
 // gateway/tools/simulate/simulator.h sends the pieces on a pty, tests on a virtual line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -74,7 +74,8 @@ struct FaultCount {
 class TwinFaults {
  public:
   /// Returns the reply of another device to `request`, with that device's address. Called for each
-  /// request that the twin answers, so that the sessions of the other device stay valid.
+  /// request that the simulated device answers, so that the sessions of the other device stay
+  /// valid.
   using Stranger = std::function<Bytes(View request, Instant now)>;
 
   /// `stranger`: see Stranger; empty: the fault wrong_address never occurs. The times of the faults
@@ -83,12 +84,12 @@ class TwinFaults {
              Stranger stranger = {});
 
   /// True while the fault `death` is active. When the fault ends, the caller must create a new
-  /// twin, because a restarted device has lost its sessions.
+  /// simulated device, because a restarted device has lost its sessions.
   bool IsDead(Instant now) const;
 
   /// Returns the bytes that the master receives after `request`, sorted by time. `reply` empty: the
-  /// request was not for this twin. Pieces of earlier replies that are still on the wire come
-  /// first.
+  /// request was not for this simulated device. Pieces of earlier replies that are still on the
+  /// wire come first.
   std::vector<TimedPiece> Deliver(View request, Bytes reply, Instant end_of_request);
 
   /// Returns the counts of the faults, in the order of the constructor's argument.

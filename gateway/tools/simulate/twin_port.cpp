@@ -113,7 +113,7 @@ constexpr Duration kPiece = 2ms;
 /// A request has ended when the line was silent for this time and for this many characters.
 constexpr Duration kLeastSilence = 5ms;
 constexpr int kSilentCharacters = 4;
-/// The interval at which twins are asked for messages that they send unasked.
+/// The interval at which simulated devices are asked for messages that they send unasked.
 constexpr Duration kSpeech = 2ms;
 
 }  // namespace
@@ -167,9 +167,9 @@ std::size_t TwinPort::Held() const {
   return held;
 }
 
-/// Returns what the twins' UART receives of `bytes` from a reader that uses other serial settings.
-/// If the bit rates differ or a character is damaged, returns `bytes` unchanged: the twins then
-/// answer, and the reader receives their replies damaged.
+/// Returns what the simulated devices' UART receives of `bytes` from a reader that uses other
+/// serial settings. If the bit rates differ or a character is damaged, returns `bytes` unchanged:
+/// the simulated devices then answer, and the reader receives their replies damaged.
 Bytes TwinPort::AsSent(Residents& residents, View bytes) const {
   const Bytes as_they_are(bytes.begin(), bytes.end());
   if (!bus_->strict) return as_they_are;
@@ -273,7 +273,7 @@ Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& s
 }
 
 /// Waits until the last character of the next piece would be sent, and sends the piece. The wire
-/// carries one character at a time, whichever twin sends.
+/// carries one character at a time, whichever simulated device sends.
 void TwinPort::SendNext() {
   // A timer that has already expired cannot be cancelled, so its handler checks `number`.
   const std::uint64_t number = ++waits_;
@@ -293,7 +293,7 @@ void TwinPort::SendNext() {
   });
 }
 
-/// Asks the twins for messages that they send unasked, and repeats this every kSpeech.
+/// Asks the simulated devices for messages that they send unasked, and repeats this every kSpeech.
 void TwinPort::Speak() {
   const Now now = ReadClocks();
   bool spoke = false;

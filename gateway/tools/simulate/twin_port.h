@@ -1,6 +1,6 @@
-// `TwinPort` is one connection to the twins of a bus: a pty or a TCP connection. It divides
-// received bytes into requests, and sends each piece of a reply at the time at which a serial line
-// would have transmitted its last character.
+// `TwinPort` is one connection to the simulated devices of a bus: a pty or a TCP connection. It
+// divides received bytes into requests, and sends each piece of a reply at the time at which a
+// serial line would have transmitted its last character.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,7 +38,7 @@ Received ReceiveAs(const config::SerialSettings& receiver, View sent,
 /// True if characters between UARTs with these settings arrive unchanged.
 bool Understand(const config::SerialSettings& a, const config::SerialSettings& b);
 
-/// The twins of one bus, grouped by protocol, and their counters.
+/// The simulated devices of one bus, grouped by protocol, and their counters.
 struct TwinBus {
   TwinWire wire;
   bool strict = false;
@@ -79,7 +79,8 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   asio::posix::stream_descriptor descriptor_;
   asio::steady_timer timer_;
   asio::steady_timer silence_;  // runs while an assembler contains a part of a request
-  asio::steady_timer speech_;   // expires when twins are asked for unasked messages again
+  asio::steady_timer
+      speech_;  // expires when simulated devices are asked for unasked messages again
   std::vector<protocols::Assembler> assemblers_;  // one for each of bus_->residents
   std::array<std::uint8_t, 1024> buffer_{};
   bool over_ = false;

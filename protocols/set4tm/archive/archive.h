@@ -21,7 +21,7 @@
 namespace baudgate::protocols::set4tm {
 
 // LoadSession reads the load profiles of one meter. Its stored state has the meter's serial number,
-// and for each profile its number and the place (LoadPlace) up to which it was read:
+// and for each profile its number and the position (LoadPlace) up to which it was read:
 //
 //   9020001 1:0658:1414080200023437:30;2:0000:1314080200023337:2
 
@@ -46,7 +46,7 @@ class LoadSession final : public BackgroundJob {
     LoadReader reader;
     Instant due{};
     bool refused = false;
-    std::string kept{};  // text of the place (LoadPlace::Text) that is stored on the disk
+    std::string kept{};  // text of the position (LoadPlace::Text) that is stored on the disk
   };
 
   std::optional<Instant> NextDue() const override;

@@ -116,8 +116,8 @@ std::vector<DeviceEvent> JournalReader::EventsOf(const Journal& journal, View re
 
 namespace {
 
-/// The maximum number of readings of a journal until two of them are equal; then follows a pause of
-/// kRest. Readings differ if replies are late.
+/// A journal is read again until a reading equals the reading before it or the stored records,
+/// because readings differ if replies are late. After this many readings follows a pause of kRest.
 constexpr int kMostTimes = 6;
 constexpr Duration kRest = std::chrono::minutes(1);
 
@@ -255,8 +255,8 @@ bool JournalSession::Begin(Instant now) {
   return first.has_value();
 }
 
-/// Chooses the next journal for a look, which reads the place where a new record appears. `urgent`:
-/// which journals to choose from. Returns false if none of them can be read now.
+/// Chooses the next journal for a look, which reads the position where a new record appears.
+/// `urgent`: which journals to choose from. Returns false if none of them can be read now.
 bool JournalSession::LookAt(bool urgent, Instant now) {
   std::size_t& turn = urgent ? urgent_turn_ : other_turn_;
   for (std::size_t i = 0; i < states_.size(); ++i) {
@@ -295,9 +295,9 @@ void JournalSession::Choose(Instant now) {
   asked_ = pass_->state;
 }
 
-/// Returns the place that a look reads, because a new record appears there. In a full journal this
-/// is the last place; otherwise, alternately, the place of the newest record and the place after
-/// it.
+/// Returns the position that a look reads, because a new record appears there. In a full journal
+/// this is the last position; otherwise, alternately, the position of the newest record and the
+/// position after it.
 std::size_t JournalSession::PlaceToLook(const State& state) {
   const std::size_t last = state.records - 1;
   const auto newest = state.kept ? Newest(*state.kept) : std::nullopt;
@@ -412,8 +412,8 @@ Answer JournalSession::Report(State& state, Records records, const JournalReader
   return End(std::move(answer));
 }
 
-/// Takes a refusal: the meter does not have the journal (at the first place), or the journal has
-/// fewer records than expected (at a later place).
+/// Takes a refusal: the meter does not have the journal (at the first position), or the journal has
+/// fewer records than expected (at a later position).
 Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
   ++exchanges_;
   State& state = states_[asked_];

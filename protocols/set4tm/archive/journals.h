@@ -129,7 +129,7 @@ class JournalSession {
     Instant read_at{};
     int failures = 0;
     Instant rests_until{};
-    // True: the next look reads the place after the newest record; false: the newest record.
+    // True: the next look reads the position after the newest record; false: the newest record.
     bool beyond = true;
   };
   /// The reading of all records of a journal, under way.

@@ -175,8 +175,8 @@ void LoadReader::OnKept(std::optional<LoadPlace> place, bool another) {
   if (another) Lose();
 }
 
-/// Drops the stored place, because its hour is no longer in the ring, or is that of another meter.
-/// Reading continues with the oldest hour in the ring.
+/// Drops the stored position, because its hour is no longer in the ring, or is that of another
+/// meter. Reading continues with the oldest hour in the ring.
 void LoadReader::Lose() {
   floor_ = EndOf(*place_);
   place_.reset();
@@ -244,7 +244,8 @@ bool LoadReader::GoOn(const Manner& manner) {
 
 /// Returns the hour that is being written, if it is a whole number of hours after the hour at
 /// `address`. The pointer names the next slice of this hour, or, while its header is not written,
-/// the place after the last record. Only one of these two meanings gives a whole number of hours.
+/// the position after the last record. Only one of these two meanings gives a whole number of
+/// hours.
 std::optional<LoadRing::Hour> LoadReader::HourAfter(std::size_t address) const {
   for (const auto& hour : {ring_.HourOf(*pointer_), ring_.HourBehind(*pointer_)}) {
     if (hour && Reaches(address, hour->address)) return hour;
@@ -261,15 +262,15 @@ bool LoadReader::Reaches(std::size_t from, std::size_t current) const {
   return true;
 }
 
-/// True if the place at `address` has the header of the hour that belongs there. Only the header of
-/// the hour that is being written can be missing: until the meter writes it, the place has a header
-/// of an older hour, or none.
+/// True if the position at `address` has the header of the hour that belongs there. Only the header
+/// of the hour that is being written can be missing: until the meter writes it, the position has a
+/// header of an older hour, or none.
 bool LoadReader::IsWritten(std::size_t address, const std::optional<LoadHeader>& header) const {
   return current_->address != address || (header && header->begin == pointer_->hour);
 }
 
-/// Plans the next read in the search for a first header, which can be at any place. If the memory
-/// has wrapped, the search starts at the oldest hour, which the meter will overwrite next.
+/// Plans the next read in the search for a first header, which can be at any position. If the
+/// memory has wrapped, the search starts at the oldest hour, which the meter will overwrite next.
 bool LoadReader::PlanScan(const Manner& manner) {
   const std::size_t current = current_->address;
   const std::size_t end = current + (current_->finished > 0 ? kLoadRecord : 0);
@@ -402,7 +403,7 @@ bool LoadReader::TakeHours(View bytes, const Scale& scale, Taken& taken) {
   return moved;
 }
 
-/// Adds a record. If the stored place was lost (floor_), records before the end of the last
+/// Adds a record. If the stored position was lost (floor_), records before the end of the last
 /// reported record are dropped, and a gap after it becomes a record without values.
 void LoadReader::Add(PastRecord record, std::vector<PastRecord>& records) const {
   if (floor_) {

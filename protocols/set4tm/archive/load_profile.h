@@ -108,10 +108,10 @@ struct LoadRing {
     std::size_t finished = 0;
   };
   /// Returns the hour that is being written, if its header is written and the pointer names the
-  /// place of its next slice. Empty: no slice can be at this place.
+  /// position of its next slice. Empty: no slice can be at this position.
   std::optional<Hour> HourOf(const LoadPointer& pointer) const;
   /// Returns the hour that is being written, if its header is not written yet and the pointer names
-  /// the place after the last record. Empty: no record can end at this place.
+  /// the position after the last record. Empty: no record can end at this position.
   std::optional<Hour> HourBehind(const LoadPointer& pointer) const;
 };
 
@@ -122,17 +122,17 @@ std::string NameOfLoad(unsigned profile);
 PastRecord RecordOf(unsigned profile, const LoadHeader& header, std::size_t slice,
                     const LoadSlice& counts, const CivilZone& zone, const Scale& scale);
 
-// LoadReader reads one load profile from the place where its stored history ends. It decides which
-// bytes of the ring are read, and turns them into records. Each reading starts with the header of
-// the hour that was read last. If the header is unchanged, the hours after it are the next ones,
-// because the ring would have overwritten the header first. If the header has changed, the ring has
-// wrapped or was cleared, and reading continues with the oldest hour in the ring.
+// LoadReader reads one load profile from the position where its stored history ends. It decides
+// which bytes of the ring are read, and turns them into records. Each reading starts with the
+// header of the hour that was read last. If the header is unchanged, the hours after it are the
+// next ones, because the ring would have overwritten the header first. If the header has changed,
+// the ring has wrapped or was cleared, and reading continues with the oldest hour in the ring.
 //
 //   place 0658, header 14 14 08 02 …, 2 slices read     read 24 bytes at 0658 and 24 at 0670
 //                                                       two records of 15 h; place 0670, …, 2
 
-/// A place in the ring: the hour that was read last, and how many of its slices were read. As text:
-/// "0658:1414080200023437:30".
+/// A position in the ring: the hour that was read last, and how many of its slices were read. As
+/// text: "0658:1414080200023437:30".
 struct LoadPlace {
   std::size_t address = 0;
   Bytes header{};
@@ -158,9 +158,9 @@ class LoadReader {
   }
 
   unsigned profile() const { return profile_; }
-  /// Call it with the place where the stored history ends; empty: nothing is stored. `another`: the
-  /// place belongs to another meter. Its address is then not used, and only later records are
-  /// reported.
+  /// Call it with the position where the stored history ends; empty: nothing is stored. `another`:
+  /// the position belongs to another meter. Its address is then not used, and only later records
+  /// are reported.
   void OnKept(std::optional<LoadPlace> place, bool another);
   /// Call it if another meter may be connected, or the interval may have changed.
   void OnReconnect();
@@ -171,8 +171,8 @@ class LoadReader {
   MemoryRead::Stretch stretch() const { return read_->Next(); }
   /// Takes the interval, the length of a slice. Returns false if `minutes` is not a valid interval.
   bool OnInterval(unsigned minutes);
-  /// Takes the pointer: time and place of the slice that is written next. Returns false if there is
-  /// nothing to read now; then the pointer must be asked again.
+  /// Takes the pointer: time and position of the slice that is written next. Returns false if there
+  /// is nothing to read now; then the pointer must be asked again.
   bool OnPointer(View data, const Manner& manner);
 
   struct Taken {
@@ -223,7 +223,8 @@ class LoadReader {
   std::optional<LoadPlace> place_;
   std::optional<std::size_t> scan_;  // address at which the search for a header continues
   bool scanned_ = false;             // true: a part of the memory was searched and has no header
-  // If the stored place was lost: the end of the last reported record. Earlier records are dropped.
+  // If the stored position was lost: the end of the last reported record. Earlier records are
+  // dropped.
   std::optional<CivilZone::Utc> floor_;
   std::vector<Block> blocks_;
   std::optional<MemoryRead> read_;

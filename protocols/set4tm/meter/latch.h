@@ -102,8 +102,8 @@ class LatchedReads {
 
   /// True if the latch broadcast must be sent before any other request.
   bool IsDue(Instant now) const;
-  /// Returns when the broadcast or the question for the latch time is due. Empty: neither is ever
-  /// due.
+  /// Returns when the broadcast or the question for the latch time is due. Empty: neither is due,
+  /// because latching is off or refused, or no time is known yet.
   std::optional<Instant> DueAt() const;
   bool tells() const { return period_ != Duration::zero() && !meter_.refused(); }
   /// True if the meter must be asked for its latch time before the next latched value is read.

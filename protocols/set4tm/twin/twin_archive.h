@@ -23,7 +23,8 @@ std::array<std::uint32_t, 4> TwinCounts(std::chrono::local_days begin, unsigned 
 /// Returns the reply to 0A 83, 84 or 86 at the meter's time `now`. Empty: `pdu` is another request.
 std::optional<Bytes> TwinRegisters(View pdu, CivilZone::Civil now);
 
-// The journals of a simulated meter. Each contains its last records, the newest at the last place.
+// The journals of a simulated meter. Each contains its last records, the newest at the last
+// position.
 class TwinJournals {
  public:
   TwinJournals(const CivilZone& zone, std::size_t records) : zone_(zone), most_(records) {}
@@ -31,7 +32,7 @@ class TwinJournals {
   /// Adds a record for an event, whose codes are those of protocols/set4tm/archive/journals.h.
   /// Returns false if no journal has this code.
   bool Raise(const DeviceEvent& event, WallTime now);
-  /// Returns the requested record, which is zeros if its place is empty. An empty optional: no
+  /// Returns the requested record, which is zeros if its position is empty. An empty optional: no
   /// event was raised in this journal, or `pdu` is not a request for a record.
   std::optional<Bytes> Record(View pdu) const;
   bool Has(View pdu) const;
@@ -43,7 +44,7 @@ class TwinJournals {
 };
 
 // A load profile of a simulated meter: a ring of hours, each a header and slices, that fills with
-// time. The pointer is the place of the next slice. The counts of a slice are computed from the
+// time. The pointer is the position of the next slice. The counts of a slice are computed from the
 // time of its beginning.
 class TwinLoad {
  public:
@@ -53,7 +54,7 @@ class TwinLoad {
   TwinLoad(const CivilZone& zone, unsigned minutes, std::size_t bytes, Utc begin);
 
   /// From the next hour on, the header of an hour is written only together with its first slice.
-  /// Before that the pointer names the place after the last record.
+  /// Before that the pointer names the position after the last record.
   void WriteHeadersLate() { late_ = true; }
   void Advance(Utc now);
   /// Simulates a power failure while the clock runs on. Whole hours without power are missing from

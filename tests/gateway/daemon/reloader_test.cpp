@@ -1,4 +1,4 @@
-// Tests of `Reloader`. A configuration has one line, whose name is the text of its file.
+// Tests of `Reloader`. The content of a configuration file is the name of its only line.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/reloader.h"
 

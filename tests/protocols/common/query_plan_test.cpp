@@ -1,5 +1,5 @@
 // Tests which points share a request, and how refusals and silence change the requests. In the
-// texts, keys are letters and places are numbers: "fast a0..3" reads places 0 to 3 of key a.
+// texts, keys are letters and positions are numbers: "fast a0..3" reads positions 0 to 3 of key a.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/common/query_plan.h"
 
@@ -23,7 +23,7 @@ struct PlaceInQuery {
   Group group = Group::fast;
 };
 
-/// A request has at most five places, and a hole of at most two places is read as well.
+/// A request has at most five positions, and a hole of at most two positions is read as well.
 Plan::Rules Near() {
   return {.may_join = [](const Block<char>& block, const Block<char>& next) {
     return next.begin <= block.end + 2 && next.end - block.begin <= 5;
@@ -350,7 +350,7 @@ TEST(QueryPlan, ASilentBlockStaysSplitUnlessItWasAnsweredBefore) {
   }
 }
 
-/// A simulated device that answers some places only, and at times no request at all.
+/// A simulated device that answers some positions only, and at times no request at all.
 class AskedDevice {
  public:
   explicit AskedDevice(Plan& plan) : plan_(plan) {}

@@ -1,4 +1,5 @@
-// Tests planning, requests and decoding of a DCON device, with given replies and with its twin.
+// Tests planning, requests and decoding of a DCON device, with given replies and with its simulated
+// device.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/conversation.h"
 

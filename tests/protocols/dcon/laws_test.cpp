@@ -1,4 +1,5 @@
-// Tests the laws of frame rules for DCON requests and replies with every checksum variant.
+// Tests that the frame rules for DCON requests and replies keep the laws in protocols/frame_rule.h,
+// with every checksum variant.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/rules.h"

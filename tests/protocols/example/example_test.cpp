@@ -1,5 +1,5 @@
 // Tests the protocol of protocols/example, the guide to new protocols: its codec, its checks, and
-// its conversation with its twin.
+// its conversation with its simulated device.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

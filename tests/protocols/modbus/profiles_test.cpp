@@ -1,5 +1,5 @@
-// Tests the shipped Modbus profiles: they load for RTU and ASCII, a twin of the device answers
-// every point, and every writable point is written.
+// Tests the shipped Modbus profiles: they load for RTU and ASCII, a simulated device answers every
+// point, and every writable point is written.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 

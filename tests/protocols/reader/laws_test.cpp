@@ -1,4 +1,4 @@
-// Tests the laws of frame rules for readers.
+// Tests that the frame rules for readers keep the laws in protocols/frame_rule.h.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/option_values.h"
 #include "protocols/reader/codec.h"

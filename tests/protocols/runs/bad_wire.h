@@ -1,5 +1,5 @@
-// BadWire damages, loses and delays the replies of twins, and records which replies were damaged.
-// For runs in virtual time with the real protocols.
+// BadWire damages, loses and delays the replies of simulated devices, and records which replies
+// were damaged. For runs in virtual time with the real protocols.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

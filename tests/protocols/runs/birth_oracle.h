@@ -18,14 +18,15 @@ namespace baudgate::protocols {
 
 class BirthOracle {
  public:
-  /// `values` are the values of each twin. At first, twin n answers at the address of device n.
+  /// `values` are the values of each simulated device ("twin"). At first, twin n answers at the
+  /// address of device n.
   BirthOracle(const bus::PointStore& store, std::function<Instant()> clock, const BirthCode& code,
               const std::vector<std::unique_ptr<BirthValues>>& values);
 
   void Look();
 
-  /// From now on, `twin` answers at the address. `foreign`: it is not the configured device, so its
-  /// values are never right.
+  /// From now on, the simulated device `twin` answers at the address. `foreign`: it is not the
+  /// configured device, so its values are never right.
   void Replace(std::uint32_t device, std::size_t twin, bool foreign);
   /// Call this if requests failed before a device of another identity took the address. From now
   /// on, values of the old and of the new device must not be good at the same time.
@@ -62,7 +63,7 @@ class BirthOracle {
   };
   struct DeviceState {
     std::uint64_t version = 0;
-    // All twins that have had this address. The last twin in the list answers now.
+    // All simulated devices that have had this address. The last one in the list answers now.
     std::vector<std::size_t> twins;
     std::vector<bool> foreign;  // for each of `twins`
     bool no_mixture = false;

@@ -1,5 +1,6 @@
-// BirthValues gives each reading of a point a different number, which identifies the twin, the
-// point and the time of measurement. So the number tells from where any value in the store comes.
+// BirthValues gives each reading of a point a different number, which identifies the twin
+// (simulated device), the point and the time of measurement. So the number tells from where any
+// value in the store comes.
 //
 //   point 3 of twin 1 is slot 13, and this is its 246th reading   →   13 * 1000 + 246 = 13246
 // SPDX-License-Identifier: Apache-2.0
@@ -64,7 +65,7 @@ class BirthCode {
   std::vector<Slot> slots_;
 };
 
-/// The values of one twin: readings by number, and written values from their write on.
+/// The values of one simulated device: readings by number, and written values from their write on.
 class BirthValues final : public TwinValues {
  public:
   BirthValues(const BirthCode& code, std::size_t twin, std::function<Instant()> clock)

@@ -53,8 +53,8 @@ enum class Naming : std::uint8_t {
 };
 Naming NamingOf(const LagCase& which, const config::Device& device);
 
-/// Returns the reply to a request for the name. Nothing: the twin answers itself. Empty: there is
-/// no reply.
+/// Returns the reply to a request for the name. Nothing: the simulated device answers itself.
+/// Empty: there is no reply.
 std::optional<Bytes> SayIdentification(const LagCase& which, const config::Device& device,
                                        View request, bool other_identity);
 

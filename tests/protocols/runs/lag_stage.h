@@ -50,12 +50,12 @@ class LagStage {
 
   void Judge(const bus::PointStore& store);
   const config::Line& line_config() const { return line_; }
-  /// Devices that replace the configured devices. Their twins follow those of the configured
-  /// devices.
+  /// Devices that replace the configured devices. In the list of simulated devices they follow the
+  /// configured devices.
   const std::vector<config::Device>& strangers() const { return strangers_; }
   std::size_t twins() const { return twins_.size(); }
   BirthValues& ValuesOf(std::size_t twin) { return *values_[twin]; }
-  /// True if the twin is on the wire, even if it is switched off.
+  /// True if the simulated device is on the wire, even if it is switched off.
   bool IsThere(std::size_t twin) const { return twins_[twin].there; }
   std::optional<Bytes> Instead(std::size_t twin, View request);
 

@@ -37,7 +37,7 @@ double NumberOf(const config::Point& point, std::size_t device) {
 }
 
 /// True for points whose values the test cannot choose, because they depend on other points or on
-/// the twin's configuration.
+/// the simulated device's configuration.
 bool IsDerived(const config::Point& point) {
   return point.read.ends_with("alarm@0") || point.read.starts_with("08 0A u") ||
          point.read == "$B" || point.read.starts_with("08 00 u32") ||

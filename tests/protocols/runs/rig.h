@@ -1,5 +1,6 @@
 // Rig is a line of real devices for tests: shipped profile (from config/profiles), real protocol,
-// twins, virtual time, and an oracle that compares the store with the twins.
+// simulated devices, virtual time, and an oracle that compares the store with the simulated
+// devices.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -57,8 +58,8 @@ class Rig {
  public:
   explicit Rig(const Setup& setup, const std::function<void(config::Line&)>& change = {});
 
-  /// Opens the line, runs it until every point is good, and compares the store with the twins. From
-  /// then on, these values count as the truth.
+  /// Opens the line, runs it until every point is good, and compares the store with the simulated
+  /// devices. From then on, these values count as the truth.
   void LearnTruth();
 
   /// From now on, every value that is not bad must be the truth, unless `excuse` accepts the wrong

@@ -1,6 +1,6 @@
 // Random hours in which the settings of devices, and the devices themselves, change. After each
-// change another twin answers, whose true values the test has. From one slow period after the
-// change on, no good reading must be wrong, and a contradiction must be reported.
+// change another simulated device answers, whose true values the test has. From one slow period
+// after the change on, no good reading must be wrong, and a contradiction must be reported.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -159,7 +159,8 @@ class RightValues : public ::testing::TestWithParam<Case> {
   const config::Device& device() { return *line_->store().device(0); }
   const Oddity& OddityOf(std::size_t twin) { return GetParam().oddities[twin - 1]; }
 
-  /// All twins measure the same numbers, whatever unit or scale their settings give them.
+  /// All simulated devices measure the same numbers, whatever unit or scale their settings give
+  /// them.
   void SetUp(std::size_t twin) {
     VirtualLine::WireTwin& wired = line_->twin(twin);
     for (std::size_t i = 0; i < device().points.size(); ++i) {

@@ -1,4 +1,5 @@
-// Tests the laws of frame rules for SET-4TM: requests, and replies of every shape and address form.
+// Tests that the frame rules for SET-4TM keep the laws in protocols/frame_rule.h: for requests, and
+// for replies of every shape and address form.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/bytes.h"
 #include "protocols/set4tm/meter/codec.h"

@@ -1,4 +1,5 @@
-// Tests that each record of a load profile is reported once, with the value of the twin.
+// Tests that each record of a load profile is reported once, with the value of the simulated
+// device.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Tests events: their text in both directions, and the event register of the twin.
+// Tests events: their text in both directions, and the event register of the simulated device.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/events.h"
 

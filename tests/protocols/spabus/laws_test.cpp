@@ -1,4 +1,5 @@
-// Tests the laws of frame rules for requests, and for replies with every variant of the checksum.
+// Tests that the frame rules for requests, and for replies with every variant of the checksum, keep
+// the laws in protocols/frame_rule.h.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/reply.h"
 #include "protocols/spabus/rules.h"

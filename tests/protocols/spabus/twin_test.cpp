@@ -1,4 +1,4 @@
-// Tests the twin on the wire: its answers and its silence.
+// Tests the simulated device on the wire: its answers and its silence.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/twin.h"
 

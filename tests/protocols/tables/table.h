@@ -1,6 +1,6 @@
 // Reads tables with the facts about a device from its reference: <protocol>/<profile>.table, copied
-// from the reference and never from the profile. A twin and a conversation both read the profile,
-// so a wrong profile row agrees with itself; the table shows the difference.
+// from the reference and never from the profile. A simulated device and a conversation both read
+// the profile, so a wrong profile row agrees with itself; the table shows the difference.
 //
 //   # comment
 //   option | over | +999999 | certain | 7.2, own command table      an option that the profile sets

@@ -1,4 +1,4 @@
-// Tests which texts are accepted as answers, and the answers of twins.
+// Tests which texts are accepted as answers, and the answers of simulated devices.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <fstream>

@@ -1,4 +1,5 @@
-// Tests conversations of described devices: several telegrams, writes, echoes, names, twins.
+// Tests conversations of described devices: several telegrams, writes, echoes, names, simulated
+// devices.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 

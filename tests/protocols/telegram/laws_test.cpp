@@ -1,4 +1,5 @@
-// Tests the laws of frame rules for telegrams of the shipped profiles and of other descriptions.
+// Tests that the frame rules for telegrams of the shipped profiles and of other descriptions keep
+// the laws in protocols/frame_rule.h.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/description.h"
 #include "protocols/telegram/rules.h"

@@ -188,8 +188,8 @@ class ClientSession final : public ClientPoll::Client,
 
   void Start();
   void Close();
-  /// Closes the client because its place is needed for a client of another host, or for a new
-  /// client of its own host.
+  /// Closes the client because the limit of clients is reached and it must make room for a client
+  /// of another host, or for a new client of its own host.
   void CloseForRoom();
   std::uint64_t host() const { return requests_.host(); }
   /// The time of the latest request, or of the connection if there was none.

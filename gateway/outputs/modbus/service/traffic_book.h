@@ -112,7 +112,7 @@ enum class RouteOutcome : std::uint8_t {
 
 class TrafficBook {
  public:
-  /// Takes the place of a route's number for broadcasts that belong to no route. A broadcast is
+  /// Used in place of a route's number for broadcasts that belong to no route. A broadcast is
   /// counted once for each line.
   static constexpr std::size_t kBroadcasts = std::numeric_limits<std::size_t>::max();
 

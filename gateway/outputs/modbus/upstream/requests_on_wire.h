@@ -23,7 +23,7 @@ namespace baudgate::modbus {
 
 class RequestsOnWire {
  public:
-  /// The most requests on the wire. The last kKeptForWrites places are for short writes only
+  /// The most requests on the wire. The last kKeptForWrites of them are for short writes only
   /// (RouteQueue::IsShortWrite), so that reads from units that do not answer cannot delay a stop
   /// command.
   static constexpr std::size_t kMost = 16;

@@ -173,7 +173,8 @@ std::string Hints(const config::Config& config, const DemoOptions& options) {
   return text;
 }
 
-/// Runs the twins on a separate thread, because they represent devices outside the gateway.
+/// Runs the simulated devices on a separate thread, because they represent devices outside the
+/// gateway.
 class Twins {
  public:
   ~Twins() {

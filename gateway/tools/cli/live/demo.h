@@ -18,8 +18,8 @@ struct DemoOptions {
   int domain = 0;
 };
 
-/// Exit codes: 0 every twin was read; 3 a profile has errors; 4 an open failed, or a twin is
-/// silent.
+/// Exit codes: 0 every simulated device was read; 3 a profile has errors; 4 an open failed, or a
+/// simulated device is silent.
 int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 

@@ -1,4 +1,4 @@
-// `baudgate map`: prints the place of each point on Modbus and DDS, for PLC programmers.
+// `baudgate map`: prints the addresses of each point on Modbus and DDS, for PLC programmers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

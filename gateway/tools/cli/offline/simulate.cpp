@@ -72,8 +72,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kTrialHead = "# A trial of ";
 
-/// The folder of the twins' ports, for a configuration that `--write` has written. The destructor
-/// removes the folder if it is empty.
+/// The folder of the simulated devices' ports, for a configuration that `--write` has written. The
+/// destructor removes the folder if it is empty.
 class TrialFolder {
  public:
   Status Make(fs::path path) {

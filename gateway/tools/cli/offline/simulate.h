@@ -1,4 +1,4 @@
-// `baudgate simulate`: runs a twin (simulated device) on a pty, or the twins of a whole
+// `baudgate simulate`: runs a twin (simulated device) on a pty, or the simulated devices of a whole
 // configuration.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -22,7 +22,8 @@ struct SimulateOptions {
   std::string protocol{};
   std::string address;
   std::string pty;  ///< path of the symbolic link to the pty
-  /// Serial settings, "9600 7E1": the twin sends at this bit rate; empty: it sends without delays.
+  /// Serial settings, "9600 7E1": the simulated device sends at this bit rate; empty: it sends
+  /// without delays.
   std::string serial;
   Duration think_time = 5ms;
   std::vector<std::string> set;  ///< device options, "key=value"
@@ -32,19 +33,20 @@ struct SimulateOptions {
 
 struct SimulateConfigOptions {
   std::string file;
-  /// Path of a copy of the configuration in which the lines use the twins' ports; empty: no copy is
-  /// written.
+  /// Path of a copy of the configuration in which the lines use the simulated devices' ports;
+  /// empty: no copy is written.
   std::string write;
-  /// The folder of the twins' ports if `write` is set; empty: a folder beside the written file.
+  /// The folder of the simulated devices' ports if `write` is set; empty: a folder beside the
+  /// written file.
   std::string ports;
   Duration think_time = 5ms;
   std::vector<Fault> faults;
   std::optional<EventSchedule> events{};
 };
 
-/// Runs until SIGTERM or SIGINT. Without `write`, the twins' ports have the paths in the
-/// configuration. Exit codes: 0 stopped; 3 bad configuration; 4 a port cannot be made, or `write`
-/// names another file or cannot be written.
+/// Runs until SIGTERM or SIGINT. Without `write`, the simulated devices' ports have the paths in
+/// the configuration. Exit codes: 0 stopped; 3 bad configuration; 4 a port cannot be made, or
+/// `write` names another file or cannot be written.
 int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalog& catalog,
                       std::ostream& out, std::ostream& err);
 

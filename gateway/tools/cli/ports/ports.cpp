@@ -80,8 +80,8 @@ std::optional<FoundPort> Look(const fs::path& tty) {
   return port;
 }
 
-/// True for a link that names the place of the adapter. If two adapters have the same serial
-/// number, only such links are unique.
+/// True for a link that names the USB socket or slot of the adapter. If two adapters have the same
+/// serial number, only such links are unique.
 bool IsByPlace(const std::string& link) {
   return link.find("/by-path/") != std::string::npos || link.find("/at-") != std::string::npos;
 }

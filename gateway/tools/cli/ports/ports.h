@@ -29,7 +29,7 @@ struct FoundPort {
   std::string serial;
   std::string interface;  ///< "00"; the number of the port within its adapter
   /// Stable paths of the port, the best first. If two adapters have the same serial number,
-  /// contains only paths by the place of the adapter.
+  /// contains only paths that name the USB socket or slot of the adapter.
   std::vector<std::string> links;
   bool twin = false;              ///< true: another adapter has the same model and serial number
   std::optional<int> latency_ms;  ///< how long an FTDI adapter delays received bytes

@@ -72,8 +72,8 @@ struct Comparison {
   bool same() const { return different.empty() && open.empty(); }
 };
 
-/// Checks that profile, designation, items and units are equal. The error contains the place in the
-/// file.
+/// Checks that profile, designation, items and units are equal. The error contains the position in
+/// the file.
 Status CheckFit(const Sheet& file, const Sheet& now);
 
 /// The sheets must outlive the result.

@@ -38,7 +38,7 @@ struct RoutedLine : VirtualLine {
   /// Puts `slaves` on the wire, which can be devices of `line` or not.
   RoutedLine(std::vector<config::Device> slaves, config::Line line);
 
-  /// Sets register i of the twin to `base` + i.
+  /// Sets register i of the simulated device to `base` + i.
   void Number(std::size_t twin, std::uint64_t base);
 
   void Ask(std::string name, const std::string& pdu, std::uint8_t slave = 20,

@@ -6,8 +6,8 @@
 
 namespace baudgate::scan {
 
-/// Appends what the port receives within `window` from the second master and the twin that answers
-/// it. Returns true if the master sent anything.
+/// Appends what the port receives within `window` from the second master and the simulated device
+/// that answers it. Returns true if the master sent anything.
 bool Bench::TakeMaster(Duration window, Bytes& heard) {
   bool spoke = false;
   for (; master && next_ < now_ + window; next_ += master->every) {

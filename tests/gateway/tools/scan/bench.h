@@ -1,4 +1,4 @@
-// `Bench`: a bus for scans under virtual time, with twins and a second master.
+// `Bench`: a bus for scans under virtual time, with simulated devices and a second master.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

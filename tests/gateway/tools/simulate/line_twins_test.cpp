@@ -1,4 +1,4 @@
-// Tests of the twins of a line with devices of different options.
+// Tests of the simulated devices of a line with devices of different options.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -85,7 +85,8 @@ TEST_F(PtyLink, OfARunningTwinIsNotReplaced) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "nothing is left behind";
 }
 
-/// A killed twin leaves its link, and the kernel gives the number of its pty to the next terminal.
+/// A killed simulated device leaves its link, and the kernel gives the number of its pty to the
+/// next terminal.
 TEST_F(PtyLink, ToAReusedPtyNumberIsReplaced) {
   const auto stranger = Pty::Create();
   ASSERT_TRUE(stranger.ok());
@@ -276,7 +277,8 @@ TEST_F(Bench, AnswersOverTcp) {
   ASSERT_EQ(simulator_->path().rfind("tcp://127.0.0.1:", 0), 0U) << simulator_->path();
   const auto at = config::ParseHostPort(simulator_->path().substr(6));
   ASSERT_TRUE(at);
-  for (int connection = 0; connection < 40; ++connection) {  // more than the twin allows at once
+  for (int connection = 0; connection < 40;
+       ++connection) {  // more than the simulated device allows at once
     if (fd_ >= 0) close(fd_);
     fd_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in to{};

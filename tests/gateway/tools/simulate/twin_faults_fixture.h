@@ -1,5 +1,5 @@
-// Twins whose faults are written as for `baudgate simulate --fault`, on a wire with 1 ms per
-// character.
+// Simulated devices whose faults are written as for `baudgate simulate --fault`, on a wire with 1
+// ms per character.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

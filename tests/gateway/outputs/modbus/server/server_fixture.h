@@ -66,7 +66,7 @@ inline std::string Ask(const RawClient& client, std::uint8_t unit, const std::st
   return answer.size() > kMbapHeader ? ToHex(View(answer).subspan(kMbapHeader)) : ToHex(answer);
 }
 
-/// Unit 1: int16 at 0 (rw), float at 1-2 (rw), int16 at 3 (never read); coils 0 (rw) and 1.
+/// Unit 1: int16 at 0 (rw), float at 1-2 (rw), int16 at 3 (has no value yet); coils 0 (rw) and 1.
 class ServerTest : public testing::Test {
  protected:
   using Type = config::Type;

@@ -280,7 +280,7 @@ TEST(OtherFraming, IgnoresNoise) {
   EXPECT_FALSE(OtherFraming(ToBytes("GET / HTTP/1.1\r\n\r\n"), Framing::tcp, Both()));
 }
 
-/// The register count of an RTU request is at the place of the length in Modbus TCP.
+/// The register count of an RTU request is at the position of the length in Modbus TCP.
 TEST(OtherFraming, ADamagedRequestIsNotAnotherFraming) {
   for (std::uint8_t count = 1; count < 125; ++count) {
     Bytes request = Both().rtu->carrier->wrap(1, Bytes{3, 0, 0, 0, count});
