@@ -64,6 +64,10 @@ void Apply(const Ratio& ratio, Point& point) {
     if (*number) **number *= ratio.factor;
   }
   if (point.on_fault.kind == OnFault::Kind::value) point.on_fault.value *= ratio.factor;
+  for (PointEvent& event : point.events) {
+    event.value *= ratio.factor;
+    event.hysteresis *= ratio.factor;
+  }
   point.unit = ratio.unit;
 }
 
@@ -72,6 +76,8 @@ void Apply(const Ratio& ratio, Point& point) {
 ///
 ///     ratios: { xIn: 400 A, xUn: 10 kV }      current_l1, unit xIn, reads 0.52 → 208 A
 ///
+/// All numbers of a point are in its unit without ratios, also where the configuration gives them
+/// and the profile gives the unit: `max: 1.2` is 480 A.
 /// `device.points` must be complete. Reports a unit that no numeric point has, and a ratio that is
 /// not above 0.
 void ApplyRatios(MapReader& map, Device& device) {

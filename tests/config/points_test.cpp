@@ -136,7 +136,8 @@ config::Loaded LoadRatios(const std::string& ratios) {
       ratios +
       ",\n"
       "points: [{ name: i, read: A1, type: float32, unit: xIn, scale: 0.5, offset: 1, deadband: "
-      "0.01, jump: 0.1, modbus: 0, on_fault: -1, sentinels: { 999: 0x44 } },"
+      "0.01, jump: 0.1, modbus: 0, on_fault: -1, sentinels: { 999: 0x44 }, "
+      "events: { on: above, value: 1.2, hysteresis: 0.1 } },"
       "{ name: u, read: A2, type: float32, unit: xUn },"
       "{ name: t, read: A3, type: float32, unit: s },"
       "{ name: b, read: A4, type: bool, unit: xIn }] }] }\n");
@@ -152,6 +153,8 @@ TEST(Ratios, ScaleEveryNumberOfTheUnit) {
   EXPECT_EQ(points[0].deadband, 4);
   EXPECT_EQ(points[0].jump, 40);
   EXPECT_EQ(points[0].on_fault.value, -400);
+  EXPECT_EQ(points[0].events.at(0).value, 480);
+  EXPECT_EQ(points[0].events.at(0).hysteresis, 40);
   EXPECT_EQ(points[0].sentinels[0].value, 999) << "of the raw value";
   EXPECT_EQ(points[1].unit, "kV");
   EXPECT_EQ(points[1].scale, 10);

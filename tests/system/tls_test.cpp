@@ -131,6 +131,23 @@ TEST_F(Tls, IsSpokenByForeignPrograms) {
   EXPECT_THAT(page->Output(), HasSubstr("\"lines\""));
 }
 
+TEST_F(Tls, AReloadToWrongFilesIsRefusedAndChecked) {
+  const std::string yaml = WithSocket(SecureYaml());
+  daemon = StartDaemon(yaml);
+  const std::string file = Write("baudgate.yaml", yaml).string();
+  EXPECT_THAT(Command({"check", "-c", file}).output, HasSubstr("with TLS"));
+  const std::string key = File("modbus", "gateway.key");
+  std::string wrong = yaml;
+  wrong.replace(wrong.find(key), key.size(), File("web", "gateway.key"));
+  Write("baudgate.yaml", wrong);
+  const Finished reload = Ask({"reload"});
+  EXPECT_NE(reload.code, 0) << reload.output;
+  EXPECT_THAT(reload.errors, HasSubstr("does not belong to the certificate"));
+  StartTwins();
+  const Finished read = Poll(StartTunnel("viewer"), {"-t", "4", "-r", "0", "127.0.0.1"});
+  EXPECT_THAT(read.output + read.errors, ::testing::Not(HasSubstr("Connection"))) << read.errors;
+}
+
 TEST_F(Tls, APortIsServedToForeignPrograms) {
   StartTwins();
   daemon = StartDaemon(Head() + "  - name: io\n    port: " + LinkOf("io") +
@@ -150,6 +167,7 @@ TEST_F(Tls, APortIsServedToForeignPrograms) {
            "openssl:localhost:" + std::to_string(line_) + ",cafile=" + File("ports", "ca.pem") +
                ",cert=" + File("ports", "client.pem") + ",key=" + File("ports", "client.key")});
   EXPECT_TRUE(EventuallyLogged(*daemon, "CN=client")) << tool->Errors();
+  EXPECT_TRUE(EventuallyLogged(*daemon, "security: login CN=client")) << tool->Errors();
   const Finished answer = Command({"read", "--port", pty, "--profile", "module", "--address", "1"});
   EXPECT_THAT(answer.output, HasSubstr("100.25")) << answer.errors << daemon->Errors();
 }

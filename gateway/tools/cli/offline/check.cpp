@@ -130,17 +130,20 @@ void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std
       if (point.recheck == config::Recheck::always) ++always;
     }
   }
-  if (jumps + always == 0) return;
-  out << "  recheck: " << jumps + always << " of " << points << " points accept a "
-      << (always == 0 ? "jump only if a second reading agrees"
-                      : "reading only if a second reading agrees");
-  if (round.requests > 0) {
-    const auto each = round.time / static_cast<int>(round.requests);
-    out << "; this costs one request (about "
-        << FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(each)) << ") for each "
-        << (always == 0 ? "jump" : "poll");
-  }
-  out << '\n';
+  const auto print = [&](std::size_t count, const char* what, const char* when) {
+    if (count == 0) return;
+    out << "  recheck: " << count << " of " << points << " points accept a " << what
+        << " only if a second reading agrees";
+    if (round.requests > 0) {
+      const auto each = round.time / static_cast<int>(round.requests);
+      out << "; this costs one request (about "
+          << FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(each)) << ") for each "
+          << when;
+    }
+    out << '\n';
+  };
+  print(jumps, "jump", "jump");
+  print(always, "reading", "poll");
 }
 
 void PrintSummary(const config::Config& config, const config::Catalog& catalog,
