@@ -382,11 +382,12 @@ void AssignIntervals(Device& device, Problems& problems) {
     const auto place = static_cast<std::size_t>(known - device.intervals.begin());
     if (place == kMostIntervals) {
       if (std::exchange(told, true)) continue;
-      problems.Error(
-          point.mark,
-          "poll: '" + point.name + "' would be the " + std::to_string(kMostIntervals + 1) +
-              "th different poll of its device, but at most " + std::to_string(kMostIntervals) +
-              " are possible; use an existing value, or a group (fast, slow, daily)");
+      problems.Error(point.mark,
+                     "poll: '" + point.name + "' would be the " +
+                         std::to_string(kMostIntervals + 1) +
+                         "th different poll period of its device, but at most " +
+                         std::to_string(kMostIntervals) +
+                         " are possible; use an existing value, or a group (fast, slow, daily)");
       continue;
     }
     if (known == device.intervals.end()) device.intervals.push_back(*point.poll);

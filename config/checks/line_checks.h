@@ -63,8 +63,8 @@ void CheckTcp(const protocols::Protocol& protocol, const std::string& port, cons
 /// Reports a port for network clients (PortServer) that other machines can reach: an error without
 /// `allow`, else a warning. `key` is "serial_server" or "lend".
 void CheckPortServer(const PortServer& server, const std::string& key, Problems& problems);
-/// Reports keys of the line that exclude each other, or have no effect. `keys` are all keys of the
-/// line.
+/// Reports keys of the line that contradict `serial_server` or `lend`, or that have no effect
+/// beside them. `keys` are all keys of the line.
 void CheckPortServers(const Line& line, const Keys& keys, Problems& problems);
 
 void CheckLine(const Line& line, const Catalog& catalog, Problems& problems);

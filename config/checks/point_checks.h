@@ -49,7 +49,7 @@ class RegisterClaims {
     return point.table == Table::bits ? bits_ : registers_;
   }
 
-  /// Key: the first address. The address ranges of the points never overlap.
+  /// Key: the first address. A point that overlaps an earlier point is not added.
   std::map<int, Taken> registers_;
   std::map<int, Taken> bits_;
   /// The names of the points with a select register. Key: the address of the point.

@@ -569,7 +569,7 @@ constexpr std::string_view kLrcPlace = "XX";
 /// Completes typed bytes: adds the CRC to `01 03 00 00 00 01`, unless the bytes end with a correct
 /// CRC.
 Result<Bytes> CompleteRtu(View written, const ParsedOptions&) {
-  if (written.size() < 2 || written.size() > kMaxRtu) {
+  if (written.size() < 2) {
     return Error{"a Modbus telegram is slave, function and data in hex, as in '01 03 00 00 00 01'"};
   }
   Bytes frame(written.begin(), written.end());

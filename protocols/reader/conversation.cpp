@@ -118,7 +118,8 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
             "set the indicator to send the sign in front of the number"};
   }
   if (numbers == 2 && HasDecimalComma(text)) {
-    return {"the number has a decimal comma in " + quoted, "set the indicator to a decimal point"};
+    return {"the number in " + quoted + " has a decimal comma",
+            "set the indicator to a decimal point"};
   }
   if (numbers > 1) {
     return {"there are " + std::to_string(numbers) + " numbers in " + quoted,

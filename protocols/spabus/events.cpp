@@ -97,8 +97,8 @@ constexpr int kSilentBackups = 3;
 constexpr int kMostRefusals = 3;
 /// After this many failed requests in a row the status of the device has a remark.
 constexpr int kManyFailures = 10;
-/// Within this time two different events cannot have the same text, because events contain the time
-/// within a minute.
+/// Within this time two different events cannot have the same text, because an event contains the
+/// second of its minute.
 constexpr Duration kNeverTwiceWithin = 50s;
 
 Answer GoOn() {

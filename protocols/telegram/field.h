@@ -88,7 +88,8 @@ Value Nearest(const Format& format, const Value& value);
 /// Returns blanks or zero bytes in the width of the field, for a field without a value.
 Bytes BlankField(const Format& format);
 
-/// True if both are the same number, in any notation, or the same text.
+/// True if the values are equal. Two texts are compared as texts; otherwise both are compared as
+/// numbers, so 7 equals "007".
 bool SameValue(const Value& a, const Value& b);
 
 // The meaning of a code in a field. Examples: "I" means busy, "+9999.9" over range.

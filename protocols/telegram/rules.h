@@ -30,8 +30,9 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle);
 
 extern const TelegramRule kAskRule;
 
-/// Finds how a check value may be computed. `match`: a telegram of which only the check value is
-/// wrong. Empty: the text in its place is not a check value.
+/// Explains the wrong check value of `match`, a telegram without another fault: names the method
+/// that gives this value, or else the difference from the value of the profile. Returns nothing if
+/// the profile has no check value, or if the text in the field is no number.
 std::optional<Recognised> OtherChecksum(const Form& form, const Match& match);
 
 /// Explains `heard`, a text in place of an answer to `request`, for `baudgate status`: it lacks the

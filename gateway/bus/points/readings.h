@@ -97,7 +97,7 @@ class JumpCheck {
     Value last;
     Value candidate;  // a reading that is not confirmed yet
     Decimal largest;
-    int readings = 0;      // number of readings in a row that disagreed
+    int readings = 0;      // number of readings in a row that were not accepted
     bool changes = false;  // the previous reply had a reading marked as uncertain
   };
   enum class Judgement { counts, wait, doubt, last_resort };

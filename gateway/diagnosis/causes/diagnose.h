@@ -129,7 +129,7 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use);
 double MissedShare(const bus::DeviceRecord& device, Now now, Instant started);
 
 /// Returns why the line has no time, and what to do, such as "feeder-1 takes 62 % of the line's
-/// time, 350 ms per exchange: poll it less often (poll), …". Empty: the cause is unknown, or
+/// time, 350 ms per exchange. Poll it less often (poll), …". Empty: the cause is unknown, or
 /// another sentence names it (such as failing exchanges of a device). `device`: the text is about
 /// this device and calls it "it"; null: the text names every device.
 std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRecord> devices,

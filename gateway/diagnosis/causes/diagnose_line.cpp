@@ -171,7 +171,7 @@ Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::Device
   }
   if (status.collisions > 0 && !status.cut_since && !(nobody && echoless)) {
     found.push_back(fmt::format(
-        "the echo was missing or different {}. Two masters send at once, or {}",
+        "the echo was missing, or differed from the request, {}. Two masters send at once, or {}",
         Times(status.collisions),
         echoless ? "the bus does not echo (set 'echo: off' at the line)"
                  : "the ring opens now and then (a loose plug, or a device that restarts)"));

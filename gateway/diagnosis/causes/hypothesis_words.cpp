@@ -209,10 +209,10 @@ std::string SayOneBehind(const Evidence&) {
 std::string SaySameAgain(const Evidence& evidence) {
   const std::string& text = evidence.Last(same_again).cause;
   if (!text.empty()) {
-    return "the same reply comes to every request (" + text +
+    return "it answers every request with the same reply (" + text +
            "). End its local, test or programming mode, or restart it";
   }
-  return std::string("the same reply comes to every request. Restart the ") +
+  return std::string("it answers every request with the same reply. Restart the ") +
          (IsBehindServer(evidence)
               ? "serial server or gateway in between (switch its cache off), or the device"
               : "device, or a radio or gateway in between (switch its cache off)");
@@ -416,7 +416,7 @@ std::string SaySevenBits(const Evidence& evidence) {
 
 std::string SayOtherParity(const Evidence& evidence) {
   const bool network = evidence.line->is_network();
-  return std::string("only characters whose parity fits come") +
+  return std::string("only characters with the right parity arrive") +
          (network ? "" : ", and FF in place of the others") +
          ". Set the same parity at the device and " +
          (network ? "the serial server" : "in the configuration") + " (" +

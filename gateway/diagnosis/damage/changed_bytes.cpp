@@ -285,7 +285,7 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   if (hearing.connection || marks < kMarks || rest < kFewest) return std::nullopt;
   if (odd != 0 && odd != rest) return std::nullopt;
   return Finding{.symptom = Symptom::other_setting,
-                 .cause = "only characters whose parity fits come, and " +
+                 .cause = "only characters with the right parity arrive, and " +
                           std::string(zeros > 0 ? "00" : "FF") + " in place of the others",
                  .remedy = "set the same parity at the device and in the configuration"};
 }

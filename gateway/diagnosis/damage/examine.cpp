@@ -340,7 +340,8 @@ bool HasForm(const Hearing& hearing, View heard) {
          protocols::Cut::Kind::frame;
 }
 
-/// True if the bytes have a fixed length of a reply.
+/// True if a reply of fixed length has as many bytes as `heard`. If it is not the longest reply,
+/// the bytes must also have its form (HasForm).
 bool HasOnlyLength(const Hearing& hearing, View heard) {
   const bool fits = std::ranges::any_of(hearing.expect->shapes, [&](const protocols::Shape& shape) {
     return shape.min_length == shape.max_length && shape.max_length == heard.size();

@@ -160,8 +160,10 @@ class Checker {
     if (!key) {
       const bool locked = text->find("ENCRYPTED") != std::string::npos;
       return Wrong("key", security_.key,
-                   locked ? "is encrypted, and password_file does not contain the right password"
-                          : "contains no private key in PEM form");
+                   !locked ? "contains no private key in PEM form"
+                   : security_.password_file.empty()
+                       ? "is encrypted; set password_file"
+                       : "is encrypted, and the password in password_file is wrong");
     }
     if (identities.empty()) return;
     if (X509_check_private_key(identities.front().get(), key.get()) != 1) {

@@ -25,7 +25,7 @@ nlohmann::ordered_json PageJson(const audit::Page& page);
 
 /// Returns {"state":"fine","since":…,"trouble":"","newest":412,"oldest":1,
 ///  "consumers":[{"name":"dds","seq":412,"lost":0}],"waiting":0,"repeats":3,"left_out":0,
-///  "alarms":{"active":1,"unacknowledged":1},"file":…,"in_memory":false,"advice":[…]}
+///  "alarms":{"active":1,"unacknowledged":1},"file":…,"put_aside":…,"in_memory":false,"advice":[…]}
 nlohmann::ordered_json EventsJson(const events::EventsState& state);
 
 nlohmann::ordered_json AlarmJson(const events::Alarm& alarm);

@@ -118,8 +118,9 @@ class Repeats {
   };
   using Key = std::string;
 
-  /// Returns `record`. If a limit is reached, replaces its names by those of the shared record:
-  /// kManyPoints, kManyClients.
+  /// Returns `record`. If the limit of its client or kind is reached, its line, device and values
+  /// are empty, and its point is kManyPoints. If the limit of its kind is reached, its client is
+  /// kManyClients.
   WriteRecord Shared(WriteRecord record) const;
   void Count(const Open& open, bool more);
 

@@ -24,9 +24,10 @@
 
 namespace baudgate::audit {
 
-// `WriteRecord` is one write in the audit: its client, the requested value, and the result. Values
-// are in engineering units, as users see them, never bytes of a line. docs/audit.md describes the
-// fields for users.
+// `WriteRecord` is one write in the audit: its client, the requested value, and the result. The
+// value of a point is in engineering units, as users see it. A routed write has the values of
+// registers or bits, and a telegram by hand its bytes in hex. docs/audit.md describes the fields
+// for users.
 
 /// The kind of a record. The file limits each kind separately, so that a flood of one kind
 /// displaces no record of another.

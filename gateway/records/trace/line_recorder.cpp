@@ -18,7 +18,7 @@ namespace baudgate::records {
 namespace {
 
 constexpr std::size_t kMostText = 256;  // limit of the bytes of a reason or note
-// Limit of the notes of an exchange, in addition to kMostItems.
+// An exchange takes no more notes when it has kMostItems + kMostNotes items.
 constexpr std::size_t kMostNotes = 32;
 
 char Shown(std::uint8_t byte) {

@@ -153,8 +153,8 @@ void AddServerCerts(CLI::App& certs, Action& action) {
     });
   };
   add("web", "the page", Use::web, "baudgate certs web /etc/baudgate/web --name gate.example.com");
-  add("modbus", "Modbus clients, with the roles viewer and operator", Use::modbus,
-      "baudgate certs modbus /etc/baudgate/modbus --name gate.example.com");
+  add("modbus", "Modbus, for the gateway and for clients with the roles viewer and operator",
+      Use::modbus, "baudgate certs modbus /etc/baudgate/modbus --name gate.example.com");
   add("ports", "served and lent ports", Use::ports,
       "baudgate certs ports /etc/baudgate/ports --name gate.example.com");
 }

@@ -57,16 +57,21 @@ constexpr DecoderSpec kSpecs[] = {
     {"bcd(b)@n", "binary coded decimal of b bytes (1 to 8), high byte first"},
     {"counts@n", "energy register as it is, 32 bit; FFFFFFFF is no value"},
     {"energy@n",
-     "energy register as kWh or kvarh: N / (2 A) * Kn * Kt, with A, Kn and Kt of the meter or the "
-     "options"},
-    {"voltage_be@n", "08 11, 08 14, 08 16: V, with Kn"},
-    {"current_be@n", "08 11, 08 14, 08 16: A, with Ci and Kt"},
-    {"power_be@n", "08 11, 08 14, 08 16: W, with Kc, Kn, Kt; sign from the active direction"},
+     "energy register as kWh or kvarh: register / (2 A) * Kn * Kt, with A, Kn and Kt of the meter "
+     "or "
+     "the options"},
+    {"voltage_be@n", "voltage in V, in replies to 08 11, 08 14 and 08 16; multiplied by Kn"},
+    {"current_be@n", "current in A, in the same replies; multiplied by Ci and Kt"},
+    {"power_be@n",
+     "active power in W, in the same replies; multiplied by Kc, Kn and Kt; the sign is the "
+     "direction of active power"},
     {"reactive_be@n",
-     "08 11, 08 14, 08 16: var, with Kc, Kn, Kt; sign from the reactive direction"},
-    {"apparent_be@n", "08 11, 08 14, 08 16: VA, with Kc, Kn, Kt; no sign"},
-    {"factor_be@n", "08 11, 08 14, 08 16: power factor, sign from the active direction"},
-    {"hundredths_be@n", "08 11, 08 14, 08 16: hundredths without sign (frequency, distortion)"},
+     "reactive power in var, in the same replies; multiplied by Kc, Kn and Kt; the sign is the "
+     "direction of reactive power"},
+    {"apparent_be@n",
+     "apparent power in VA, in the same replies; multiplied by Kc, Kn and Kt; without sign"},
+    {"factor_be@n", "power factor, in the same replies; the sign is the direction of active power"},
+    {"hundredths_be@n", "hundredths without sign (frequency, distortion), in the same replies"},
     {"text_cp1251(b)@n", "b bytes of Windows-1251 text"},
     {"version@n", "three BCD bytes as text: 03.09.30"},
     {"date@n", "BCD day, month, year as text: 2002-09-06"},

@@ -175,7 +175,7 @@ TEST_F(ReaderConversationTest, ATextGivesACodeAndANumber) {
   EXPECT_EQ(HearText("$GPGGA,063905.00,4717.1,N,00833.9,E\r", 1h + 3s).reason,
             "sentences of NMEA 0183 come ('$GPGGA,063905.00,4717.1,N,0083')");
   EXPECT_EQ(HearText("ST,GS,+  12,35kg\r", 1h + 3s).reason,
-            "the number has a decimal comma in 'ST,GS,+  12,35kg'");
+            "the number in 'ST,GS,+  12,35kg' has a decimal comma");
   EXPECT_EQ(HearText("12.35-kg\r", 1h + 4s).reason,
             "the sign comes after the number in '12.35-kg'");
 }

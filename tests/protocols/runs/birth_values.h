@@ -42,8 +42,8 @@ class BirthCode {
     std::uint64_t reading = 0;
     std::uint64_t readings = 0;
   };
-  /// Returns the origin of `value`, which the point `shown` has. Returns nothing if no point has
-  /// such a value.
+  /// Returns the twin, the point and the reading that gave `value`. `shown` is the point that shows
+  /// the value. Returns nothing if no reading has such a value.
   std::optional<Origin> Read(const config::Point& shown, double value) const;
   double HalfStep(const config::Point& point) const { return ScaleOf(point).step / 2; }
 

@@ -316,7 +316,7 @@ const FaultRow kFaults[] = {
          return last;
        });
      },
-     "the same reply comes to every request", "gap|power|firmware", true, IsTcp},
+     "it answers every request with the same reply", "gap|power|firmware", true, IsTcp},
     {"MBAP length",
      [](Stage stage) {
        Distort(stage, [](Bytes reply) {

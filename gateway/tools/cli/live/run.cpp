@@ -49,7 +49,8 @@ timespec LookInterval(std::uint64_t watchdog_us) {
 }
 
 /// Reports to systemd's watchdog until SIGTERM or SIGINT arrives; SIGHUP requests a reload. Makes
-/// no report while a thread of the daemon or this thread hangs.
+/// no report while this thread or an event loop of the whole gateway hangs. The thread of one line
+/// does not count.
 void WaitForStop(const sigset_t& signals, daemon::Daemon& daemon) {
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;

@@ -344,9 +344,9 @@ void AddBroadcasts(const config::Config& config, Rows& rows) {
 std::string OthersGet(const config::Modbus& modbus) {
   const auto silent = PlacesOf(
       modbus, [](const Listener& listener) { return listener.errors == Listener::Errors::silent; });
-  if (silent.empty()) return "nothing: exception 0x0A";
-  if (silent.size() == modbus.listen.size()) return "nothing: no answer";
-  return "nothing: exception 0x0A; no answer at " + ListOf(silent);
+  if (silent.empty()) return "no device; the client gets exception 0x0A";
+  if (silent.size() == modbus.listen.size()) return "no device; the client gets no answer";
+  return "no device; the client gets exception 0x0A, but no answer at " + ListOf(silent);
 }
 
 }  // namespace

@@ -229,7 +229,7 @@ class ListReader {
       return "write a number with a decimal comma in quotes, \"0,1\", or separate the cells by "
              "semicolons";
     }
-    return "write a cell that holds a separator in quotes";
+    return "put a cell in quotes if it contains the separator";
   }
 
   /// Warns if the register numbers look like the 40001 notation although the user has given another

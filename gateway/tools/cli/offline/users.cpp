@@ -152,6 +152,7 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
   }
   const WallTime now = ReadClocks().wall;
   std::string done;
+  std::string remark;  // printed before `done`
   switch (options.what) {
     case What::list:
       Print(*users, out);
@@ -172,8 +173,8 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
         return kExitUsage;
       }
       done = *token;
-      err << "This token is shown once. It is valid until " << FormatWallTime(until).substr(0, 10)
-          << ".\n";
+      remark = fmt::format("This token is shown once. It is valid until {}.\n",
+                           FormatWallTime(until).substr(0, 10));
       break;
     }
     case What::add:
@@ -186,6 +187,7 @@ int RunUsers(const UsersOptions& options, std::istream& in, std::ostream& out, s
   }
   users->DropOld(now);
   if (!Write(*users, options.file, err)) return kExitCanNot;
+  err << remark;
   out << done << '\n';
   return kExitDone;
 }

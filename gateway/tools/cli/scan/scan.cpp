@@ -139,7 +139,7 @@ void ScanView::Conclude(const scan::Report& report) {
   }
   if (!report.asked && !refused_) {
     words << (report.ended
-                  ? "No request was sent, because no protocol has the addresses of --addresses.\n"
+                  ? "No request was sent, because no protocol uses the addresses in --addresses.\n"
                   : "The scan ended before the first request, while it listened to the line.\n");
   } else if (!report.ended && !refused_) {
     words << "The scan ended before all addresses were asked.\n";

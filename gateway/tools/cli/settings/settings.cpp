@@ -374,8 +374,9 @@ int RunSettingsRestore(const SettingsOptions& options, PointWriter& writer, std:
   const Comparison comparison = Compare(file, now);
   PrintOpen(comparison, err);
   if (comparison.unread > 0) {
-    err << "baudgate: nothing is written until all settings of " << now.target()
-        << " have been read; see 'baudgate status " << now.target() << "'\n";
+    err << "baudgate: nothing was written, because some settings of " << now.target()
+        << " have no value now (above); see 'baudgate status " << now.target()
+        << "', and repeat the command\n";
     return kDiffers;
   }
   const auto plan = PlanOf(comparison);

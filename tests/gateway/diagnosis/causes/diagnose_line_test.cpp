@@ -44,9 +44,11 @@ TEST_F(DiagnoseTest, OneCopyOfARequestIsNoEcho) {
 TEST_F(DiagnoseTest, ABusWithoutEchoIsNotReportedAsAnOpenRing) {
   line_.exchanges = 100;
   line_.collisions = 90;
-  EXPECT_THAT(SayOfLine(),
-              ElementsAre("the echo was missing or different 90 times. Two masters send at once, "
-                          "or the bus does not echo (set 'echo: off' at the line)"));
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre(
+          "the echo was missing, or differed from the request, 90 times. Two masters send at once, "
+          "or the bus does not echo (set 'echo: off' at the line)"));
   Looked(device(), Symptom::odd, 9);
   device().state = neighbour_.status.state = bus::DeviceState::offline;
   EXPECT_THAT(
@@ -65,7 +67,8 @@ TEST_F(DiagnoseTest, EachTroubleOfALineHasItsSentence) {
       {[](bus::LineStatus& line) { line.echoes = 12, line.echoed = 0xFFF0FF; },
        "the request itself came back 12 times. Set 'echo: strip' at the line in the configuration"},
       {[](bus::LineStatus& line) { line.collisions = 1; },
-       "the echo was missing or different once. Two masters send at once, or the ring opens now "
+       "the echo was missing, or differed from the request, once. Two masters send at once, or the "
+       "ring opens now "
        "and then (a loose plug, or a device that restarts)"},
       {[](bus::LineStatus& line) { line.negotiations = 1; },
        "the server speaks Telnet when a connection begins, and doubles each FF. Set its port to "

@@ -24,7 +24,8 @@
 
 namespace baudgate::dds::testing {
 
-/// Returns a domain that test processes which run at the same time do not share.
+/// Returns a domain that depends on the process id, so that test processes that run at the same
+/// time rarely share a domain.
 inline int TestDomain() { return 100 + static_cast<int>(::getpid() % 100); }
 
 inline config::Config MakeConfig(std::size_t devices, std::size_t points_each) {

@@ -1,4 +1,4 @@
-// Tests of check, map, protocols, profiles and decode: their texts and exit codes.
+// Tests of check, map, protocols, profiles and decode: their texts, tables and exit codes.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -31,7 +31,7 @@ TEST(ScanView, SilenceIsReportedOnlyAfterAQuery) {
   EXPECT_THAT(Concluded(report), AllOf(HasSubstr("ended before the first request"),
                                        Not(HasSubstr("No device has answered"))));
   report.ended = true;
-  EXPECT_THAT(Concluded(report), HasSubstr("no protocol has the addresses of --addresses"));
+  EXPECT_THAT(Concluded(report), HasSubstr("no protocol uses the addresses in --addresses"));
   report.asked = true;
   EXPECT_THAT(Concluded(report), HasSubstr("No device has answered"));
 }

@@ -378,7 +378,8 @@ TEST_F(SettingsTest, NothingIsWrittenWithUncertainValuesOrTypingErrors) {
   Reads(kCurrent, 0.9);
   Reads(kTime, 0.5, Quality::uncertain);
   EXPECT_EQ(Restore(true), 3);
-  EXPECT_THAT(err_.str(), HasSubstr("nothing is written until all settings of bay-1.feeder-1"));
+  EXPECT_THAT(err_.str(),
+              HasSubstr("nothing was written, because some settings of bay-1.feeder-1"));
   Reads(kTime, 0.5);
   Replace("\"30.3\"", "3O.3");
   EXPECT_EQ(Restore(true), 3);
