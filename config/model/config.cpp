@@ -37,22 +37,23 @@ Result<std::pair<std::uint8_t, std::uint8_t>> ParseUnits(std::string_view text) 
 
 std::vector<TlsUse> TlsUses(const Config& config) {
   std::vector<TlsUse> uses;
-  const auto add = [&uses](const std::string& where, const TlsFiles& files, const Mark& mark) {
-    if (files.on()) uses.push_back({where, files, mark});
+  const auto add = [&uses](const char* kind, const std::string& where, const TlsFiles& files,
+                           const Mark& mark) {
+    if (files.on()) uses.push_back({where, files, mark, kind});
   };
-  if (config.web.on) add("web", config.web.tls, config.web.certificate_mark);
+  if (config.web.on) add("web", "web", config.web.tls, config.web.certificate_mark);
   if (config.modbus.enabled) {
     for (const Listener& listener : config.modbus.listen) {
-      add("listener " + listener.Address(), listener.tls, listener.mark);
+      add("modbus", "listener " + listener.Address(), listener.tls, listener.mark);
     }
     for (const Route& route : config.modbus.routes) {
-      add("route for " + route.Units(), route.tls, route.mark);
+      add("modbus", "route for " + route.Units(), route.tls, route.mark);
     }
   }
   for (const Line& line : config.lines) {
-    add("line " + line.name, line.tls, line.mark);
+    add("ports", "line " + line.name, line.tls, line.mark);
     if (const PortServer* server = line.server()) {
-      add("the port of line " + line.name, server->tls, server->mark);
+      add("ports", "the port of line " + line.name, server->tls, server->mark);
     }
   }
   return uses;

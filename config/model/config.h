@@ -149,6 +149,7 @@ struct TlsUse {
   std::string where;  ///< "web", "listener 0.0.0.0:802", "line bay-1", "route for 33-40"
   TlsFiles files;
   Mark mark;
+  std::string kind;  ///< the word behind `baudgate certs` that makes such files: web, modbus, ports
 };
 
 /// Returns all uses of TLS, in the order of the file's sections.

@@ -19,21 +19,16 @@ struct Found {
   status::CertificateEnd end;
   std::string file;     ///< file with the certificate that ends first
   std::string trouble;  ///< why the files cannot be used; empty: they can
+  std::string kind;     ///< the word behind `baudgate certs` that renews the files
 };
 
 constexpr const char* kWeb = "web";
 constexpr const char* kDds = "dds";
 
-/// Returns the word behind `baudgate certs` that renews the certificates of a use.
-std::string CommandOf(const std::string& use) {
-  if (use == kWeb || use == kDds) return use;
-  return use.starts_with("listener ") || use.starts_with("route ") ? "modbus" : "ports";
-}
-
 Found Look(const config::TlsUse& use) {
   const auto texts = tls::ReadTls(use.files);
-  if (!texts) return {{use.where, {}}, {}, use.where + ": " + texts.error()};
-  return {{use.where, texts->until}, texts->ends_first, {}};
+  if (!texts) return {{use.where, {}}, {}, use.where + ": " + texts.error(), use.kind};
+  return {{use.where, texts->until}, texts->ends_first, {}, use.kind};
 }
 
 bool EndsSoon(const Found& found, WallTime now) {
@@ -43,15 +38,14 @@ bool EndsSoon(const Found& found, WallTime now) {
 std::string Sentence(const Found& found, WallTime now) {
   if (!found.trouble.empty()) return found.trouble;
   if (!EndsSoon(found, now)) return {};
-  const std::string command = CommandOf(found.end.use);
   return fmt::format(
       "The certificate of {} in {} {} on {}. Renew it: baudgate certs {} DIR, or ask its "
       "authority{}",
       found.end.use, found.file, found.end.until <= now ? "has ended" : "ends",
-      FormatWallTime(found.end.until).substr(0, 10), command,
-      command == kWeb   ? "; then run: baudgate reload"
-      : command == kDds ? "; then restart the gateway"
-                        : "");
+      FormatWallTime(found.end.until).substr(0, 10), found.kind,
+      found.kind == kWeb   ? "; then run: baudgate reload"
+      : found.kind == kDds ? "; then restart the gateway"
+                           : "");
 }
 
 }  // namespace
@@ -77,7 +71,7 @@ struct Certificates::State {
       // DDS itself reports files that it cannot use.
       const auto report = pki::CheckSecurity(its.dds, ReadClocks().wall);
       if (report.valid_until != WallTime{}) {
-        all.push_back({{kDds, report.valid_until}, its.dds.identity, {}});
+        all.push_back({{kDds, report.valid_until}, its.dds.identity, {}, kDds});
       }
     }
     const MutexLock lock(mutex);

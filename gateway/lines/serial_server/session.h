@@ -124,10 +124,10 @@ class PortOwner {
   /// Reports a client that has connected: its address, and the result of its TLS handshake.
   struct Arrival {
     std::string peer;
-    std::string place;         ///< where it has connected, "10.0.0.1:4001"
-    bool has_tls = false;      ///< the port is encrypted
-    std::string who{};         ///< the owner of its certificate; empty: it has none
-    std::string why_not{};     ///< why the handshake failed; empty: it succeeded
+    std::string place;      ///< the address of the server, "10.0.0.1:4001"
+    bool has_tls = false;   ///< the port is encrypted
+    std::string who{};      ///< the owner of the client's certificate; empty: without certificate
+    std::string why_not{};  ///< why the handshake failed; empty: the handshake succeeded
   };
   virtual void OnArrival(const Arrival& arrival, Now now) = 0;
 

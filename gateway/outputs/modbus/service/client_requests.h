@@ -4,7 +4,7 @@
 // gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); replies return to them.
 // Everything runs on the server's thread; the time is an argument. `ClientWire` and `ClientReplies`
 // send replies, `LocalRequests` and `RoutedRequests` handle requests, `PendingRequests` lists
-// unanswered requests, and `Permits` checks `permit`. `ServerShared` contains what all clients
+// unanswered requests. `ServerShared` contains what all clients
 // share; other threads use only its traffic book and the snapshot of its counters. `ModbusLinks`
 // contains the parts of the gateway that the server uses.
 // SPDX-License-Identifier: Apache-2.0
@@ -31,6 +31,7 @@
 #include "gateway/bus/writes/write_gate.h"
 #include "gateway/outputs/modbus/registers/responder.h"
 #include "gateway/outputs/modbus/service/own_units.h"
+#include "gateway/outputs/modbus/service/permits.h"
 #include "gateway/outputs/modbus/service/router.h"
 #include "gateway/outputs/modbus/service/traffic_book.h"
 #include "gateway/outputs/modbus/wire/request.h"
@@ -330,14 +331,6 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
   PendingRequests pending_;
   std::size_t broadcasts_ = 0;
 };
-
-/// True if clients with this permission are allowed to use the function code.
-/// gateway/bus/writes/write_gate.h decides which points can be written.
-bool Permits(config::Permit permit, std::uint8_t function);
-
-/// True if a role with these rights is allowed to send the request. A rule with `addresses` permits
-/// only functions whose requests contain addresses of registers or bits.
-bool Permits(const config::RoleRights& rights, View frame);
 
 class ClientRequests {
  public:
