@@ -427,8 +427,7 @@ void TcpClient::BeginTls(const AttemptPtr& attempt) {
   const int owned = attempt->socket.release(failed);
   attempt->is_connected = true;
   attempt->handshake = tls::Handshakes::OfProcess().Begin(
-      owned, tls_, attempt->host, io_,
-      [attempt](Result<std::unique_ptr<tls::Channel>> result) {
+      owned, tls_, attempt->host, io_, [attempt](Result<std::unique_ptr<tls::Channel>> result) {
         TcpClient* const owner = attempt->owner;
         if (owner == nullptr) return;
         if (!result)

@@ -25,8 +25,8 @@
 namespace baudgate::lines {
 
 struct LoanRecords {
-  audit::WriteLog* log = nullptr;  ///< null: loans are not recorded
-  bool required = false;           ///< true: a loan that cannot be recorded is refused
+  audit::WriteLog* log = nullptr;             ///< null: loans are not recorded
+  bool required = false;                      ///< true: a loan that cannot be recorded is refused
   audit::SecurityJournal* journal = nullptr;  ///< null: arrivals of clients are not recorded
 };
 

@@ -325,9 +325,9 @@ TEST_F(TlsTest, FilesThatCannotBeReadNowDelayOnlyTheHandshake) {
   ASSERT_EQ(::mkfifo(authority.c_str(), 0600), 0);
   int pair[2];
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair), 0);
-  const auto ticket = handshakes_.Begin(
-      pair[0], Made(End::server, Files("gateway", "slow.pem")), "10.0.0.7:4000", io_,
-      [this](ChannelResult result) { server_ = std::move(result); });
+  const auto ticket =
+      handshakes_.Begin(pair[0], Made(End::server, Files("gateway", "slow.pem")), "10.0.0.7:4000",
+                        io_, [this](ChannelResult result) { server_ = std::move(result); });
   io_.poll();
   EXPECT_FALSE(server_) << "the caller goes on while the file is read";
   std::ofstream(authority) << "no certificate";

@@ -91,7 +91,8 @@ Json AdviceOf(const events::EventsState& state) {
   if (!state.trouble.empty()) {
     std::string text =
         state.trouble + "; devices are not polled for events until the file can be written";
-    if (state.waiting > 0) text += "; waiting in memory: the events of " + Plural(state.waiting, "read");
+    if (state.waiting > 0)
+      text += "; waiting in memory: the events of " + Plural(state.waiting, "read");
     advice.push_back(text);
   }
   const std::filesystem::path folder = std::filesystem::path(state.file).parent_path();

@@ -292,8 +292,7 @@ void Listener::BeginTls(int owned, const std::string& peer, const PeerAddress& a
   newcomer.peer = peer;
   newcomer.address = address;
   newcomer.ticket = tls::Handshakes::OfProcess().Begin(
-      owned, tls_, peer,
-      static_cast<asio::io_context&>(acceptor_.get_executor().context()),
+      owned, tls_, peer, static_cast<asio::io_context&>(acceptor_.get_executor().context()),
       [this, number](Result<std::unique_ptr<tls::Channel>> result) {
         EndTls(number, std::move(result));
       });
