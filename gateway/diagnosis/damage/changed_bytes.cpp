@@ -285,8 +285,8 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   if (hearing.connection || marks < kMarks || rest < kFewest) return std::nullopt;
   if (odd != 0 && odd != rest) return std::nullopt;
   return Finding{.symptom = Symptom::other_setting,
-                 .cause = "only characters whose parity fits come, and " +
-                          std::string(zeros > 0 ? "00" : "FF") + " in place of the others",
+                 .cause = "only characters whose parity fits come; the others arrive as " +
+                          std::string(zeros > 0 ? "00" : "FF"),
                  .remedy = "set the same parity at the device and in the configuration"};
 }
 

@@ -49,24 +49,32 @@ constexpr DecoderRow kDecoders[] = {
 
 constexpr DecoderSpec kSpecs[] = {
     {"float_le@n",
-     "IEEE-754 single, low byte first (08 1B, 08 23); primary value, with the ratios in force"},
+     "IEEE-754 single, low byte first (08 1B, 08 23), converted to a primary value by the ratios"},
     {"u8@n", "unsigned byte"},
     {"i8@n", "signed byte (temperature: 08 01 i8@1)"},
     {"u16_be@n", "unsigned 16 bit, high byte first"},
     {"u32_be@n", "unsigned 32 bit, high byte first"},
     {"bcd(b)@n", "binary coded decimal of b bytes (1 to 8), high byte first"},
-    {"counts@n", "energy register as it is, 32 bit; FFFFFFFF is no value"},
+    {"counts@n", "energy register N itself, 32 bit; FFFFFFFF: no value"},
     {"energy@n",
-     "energy register as kWh or kvarh: N / (2 A) * Kn * Kt, with A, Kn and Kt of the meter or the "
-     "options"},
-    {"voltage_be@n", "08 11, 08 14, 08 16: V, with Kn"},
-    {"current_be@n", "08 11, 08 14, 08 16: A, with Ci and Kt"},
-    {"power_be@n", "08 11, 08 14, 08 16: W, with Kc, Kn, Kt; sign from the active direction"},
+     "energy register N in kWh or kvarh: N / (2 A) * Kn * Kt; A, Kn and Kt are from the meter or "
+     "the options"},
+    {"voltage_be@n", "voltage in V, multiplied by Kn, in a reply to 08 11, 08 14 or 08 16"},
+    {"current_be@n", "current in A, multiplied by Ci and Kt, in a reply to 08 11, 08 14 or 08 16"},
+    {"power_be@n",
+     "power in W, multiplied by Kc, Kn and Kt, in a reply to 08 11, 08 14 or 08 16; the sign is "
+     "the "
+     "active direction"},
     {"reactive_be@n",
-     "08 11, 08 14, 08 16: var, with Kc, Kn, Kt; sign from the reactive direction"},
-    {"apparent_be@n", "08 11, 08 14, 08 16: VA, with Kc, Kn, Kt; no sign"},
-    {"factor_be@n", "08 11, 08 14, 08 16: power factor, sign from the active direction"},
-    {"hundredths_be@n", "08 11, 08 14, 08 16: hundredths without sign (frequency, distortion)"},
+     "power in var, multiplied by Kc, Kn and Kt, in a reply to 08 11, 08 14 or 08 16; the sign is "
+     "the reactive direction"},
+    {"apparent_be@n",
+     "power in VA, multiplied by Kc, Kn and Kt, in a reply to 08 11, 08 14 or 08 16; no sign"},
+    {"factor_be@n",
+     "power factor in a reply to 08 11, 08 14 or 08 16; the sign is the active direction"},
+    {"hundredths_be@n",
+     "frequency or distortion, sent in hundredths without sign, in a reply to 08 11, 08 14 or 08 "
+     "16"},
     {"text_cp1251(b)@n", "b bytes of Windows-1251 text"},
     {"version@n", "three BCD bytes as text: 03.09.30"},
     {"date@n", "BCD day, month, year as text: 2002-09-06"},
