@@ -99,10 +99,11 @@ control::ReloadAnswer Failed(int exit_code, std::string text) {
 }
 
 control::ReloadAnswer CanNotBeTakenBack(const Status& kept) {
-  return Failed(kCanNotBe,
-                "nothing was applied, because the configuration on trial, and the last confirmed "
-                "one for a return to it, cannot be saved: " +
-                    kept.error());
+  return Failed(
+      kCanNotBe,
+      "nothing was applied, because the new configuration and the confirmed one cannot be "
+      "saved, so a return would not be possible: " +
+          kept.error());
 }
 
 std::string NotKept(const Status& kept) {

@@ -573,8 +573,8 @@ void DconConversation::OnReconnect() {
 
 std::string DconConversation::WhatIsLearned() const {
   if (!sampling_.IsOvertaken()) return {};
-  return "new sampling broadcasts (#**) come before this module's samples ($4) are read; set the "
-         "same poll for all modules that are sampled together";
+  return "the samples of this module are replaced by new ones (#**) before the gateway reads them "
+         "($4); set the same poll for all modules that are sampled together";
 }
 
 }  // namespace baudgate::protocols::dcon

@@ -32,10 +32,11 @@ constexpr FormRow kForms[] = {
 };
 
 constexpr DecoderSpec kDecoders[] = {
-    {"coil 0", "one coil; 0-based address, decimal or 0x; read and written (01, 05, 15)"},
-    {"discrete 5", "one discrete input (02)"},
-    {"holding 200", "holding registers as the point's own type (03, written by 06 and 16)"},
-    {"input 3", "input registers as the point's own type (04)"},
+    {"coil 0", "one coil; 0-based address, decimal or 0x; functions 01, 05 and 15"},
+    {"discrete 5", "one discrete input (function 02)"},
+    {"holding 200",
+     "holding registers as the point's own type (function 03; written by 06 and 16)"},
+    {"input 3", "input registers as the point's own type (function 04)"},
     {"holding 200 uint16",
      "the form of the registers, if it is not the point's type: int8, uint8, int16, uint16, int24, "
      "uint24, int32, uint32, int48, uint48, int64, uint64, float32, float64, bcd16, bcd32, bcd48, "
@@ -43,24 +44,29 @@ constexpr DecoderSpec kDecoders[] = {
     {"holding 200 float32 CDAB",
      "with the order of its bytes: ABCD, CDAB, BADC, DCBA or CDABGHEF, instead of the device's "
      "`order`"},
-    {"holding 8[b3]", "one bit of a register, 0 = lowest; a bool, written by mask (22)"},
-    {"holding 8[b3-b5]", "several bits of a register as a number, written by mask (22)"},
+    {"holding 8[b3]",
+     "one bit of a register, 0 = lowest; a bool, written by function 22 (mask write)"},
+    {"holding 8[b3-b5]",
+     "several bits of a register as a number, written by function 22 (mask write)"},
     {"holding 200 int16 scale(203)",
      "a number times 10 to the n, with n from register 203 of the same table"},
     {"holding 90 date(ti081)",
      "date and time as text: unix, ti081, registers, bytes or bcd (README.md)"},
     {"holding 300 string(16)", "characters, two a register, the first in the high byte"},
     {"holding 500 text(NAME)", "text for the code in a register, from the option `texts`"},
-    {"file 4:1 uint16", "records of a file: number of file and record (20)"},
-    {"queue 1246[0]", "an entry of a queue, 0 = the oldest; queue 1246 count: how many (24)"},
-    {"exception status", "eight bits (07), or one: exception status[b3]"},
+    {"file 4:1 uint16", "a record of a file: numbers of the file and the record (function 20)"},
+    {"queue 1246[0]",
+     "an entry of a queue, 0 = the oldest; queue 1246 count: number of entries (function 24)"},
+    {"exception status", "the eight bits of function 07; exception status[b3]: one of these bits"},
     {"event counter",
-     "completed requests (11); event status: FFFF while a request is being processed"},
-    {"message counter", "messages on the line (12)"},
+     "number of completed requests (function 11); event status: FFFF while a request is being "
+     "processed"},
+    {"message counter", "number of messages on the line (function 12)"},
     {"server id",
-     "the text in the device's reply to 17; server id[0]: the first byte of the reply"},
+     "the text in the device's reply to function 17; server id[0]: the first byte of the reply"},
     {"identification product",
-     "vendor, product, revision, url, name, model, application, or an object 0x80...0xFF (43/14)"},
+     "vendor, product, revision, url, name, model, application, or an object 0x80...0xFF (function "
+     "43/14)"},
 };
 
 std::optional<Table> TableNamed(std::string_view name) {

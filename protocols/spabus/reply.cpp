@@ -56,7 +56,8 @@ constexpr NackRule kRules[] = {
      true},
     {Outcome::refused, "the device does not accept the value; check its setting range",
      "check the setting range of the device"},
-    {Outcome::refused, "the device reports an error of another kind", "check the device"},
+    {Outcome::refused, "the device reports an error that has no code of its own",
+     "check the device"},
 };
 constexpr NackRule kUnknown{Outcome::refused, "the code is not in the SPA table of error codes",
                             "look the code up in the manual of the device"};

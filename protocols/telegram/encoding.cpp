@@ -100,7 +100,8 @@ Result<Bytes> EncodeDecimal(const Format& format, const Decimal& number, const V
     if (!rounded) return DoesNotFit(value, "is too large");
     if (!IsSame(number, *rounded)) {
       return DoesNotFit(value, "has more decimals than the field, which has " +
-                                   std::to_string(*places) + "; the value is not rounded");
+                                   std::to_string(*places) +
+                                   "; write fewer decimals, because no value is rounded");
     }
     digits = FixedText(number, *places).value_or("0");
   } else {
@@ -138,7 +139,8 @@ double ReadScientific(const std::string& text) {
 Result<Bytes> EncodeScientific(const Format& format, double number, const Value& value) {
   std::string text = ScientificText(format, number);
   if (!IsSame(Decimal(number), Decimal(ReadScientific(text)))) {
-    return DoesNotFit(value, "has more digits than the field; the value is not rounded");
+    return DoesNotFit(
+        value, "has more digits than the field; write fewer digits, because no value is rounded");
   }
   std::ranges::replace(text, 'e', 'E');
   if (format.sign && !text.starts_with('-')) text.insert(0, 1, '+');
@@ -159,7 +161,8 @@ Result<Bytes> EncodeHex(const Format& format, std::uint64_t number, const Value&
 Result<Bytes> EncodeWhole(const Format& format, const Decimal& number, const Value& value) {
   const auto out_of_range = [&] { return DoesNotFit(value, "is out of the field's range"); };
   if (!number.is_whole())
-    return DoesNotFit(value, "is not a whole number; the value is not rounded");
+    return DoesNotFit(value,
+                      "is not a whole number; write a whole number, because no value is rounded");
   const auto bits = static_cast<unsigned>(8 * format.width);
   if (format.kind == Kind::sint) {
     const auto whole = number.ToInt64();
@@ -194,7 +197,8 @@ Result<Bytes> EncodeReal(const Format& format, const Decimal& number, const Valu
   const double held = single ? double{static_cast<float>(real)} : real;
   if (number.is_whole() && Decimal(held) != number) {
     return DoesNotFit(
-        value, "has more digits than a float of the field can hold; the value is not rounded");
+        value,
+        "has more digits than a float can hold; write fewer digits, because no value is rounded");
   }
   if (!single) return OfRaw(format, std::bit_cast<std::uint64_t>(real));
   return OfRaw(format, std::bit_cast<std::uint32_t>(static_cast<float>(real)));

@@ -109,10 +109,10 @@ Status CheckTextFormat(const Format& format, std::string_view text) {
   if (format.zeros && !format.is_text_number())
     return wrong("only numbers can be filled with zeros");
   if (format.kind == Kind::character && format.width > 1) {
-    return wrong("a char is exactly one character; for more write text");
+    return wrong("a char field has exactly one character; write text for several characters");
   }
   if (format.kind == Format::Kind::byte && format.width > 1) {
-    return wrong("a byte is exactly one; to skip several write bytes");
+    return wrong("a byte field has exactly one byte; write bytes to skip several");
   }
   return {};
 }

@@ -105,7 +105,7 @@ std::pair<std::string, std::string> WhyNoNumber(const Element& element, View par
   }
   if (AsText(part).ends_with(' ') && !format.left) {
     return {"blanks come after the number of '" + element.name + "'" + quoted,
-            "if the device always sends them, add them to an example in its profile"};
+            "if the device always sends these blanks, add an example with them to its profile"};
   }
   if (!HasWrongWidth(format, part)) return {};
   return {"it sends " + std::to_string(part.size()) + " characters, but " +

@@ -139,7 +139,7 @@ std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::Devic
   }
   if (line.cut_since && IsAbsent(status)) {
     return Sentences{"cannot be reached, because the ring of line '" + device.line->name +
-                     "' is open. Close the ring first: the device itself may be well"};
+                     "' is open. Close the ring first: the device itself may work"};
   }
   return std::nullopt;
 }

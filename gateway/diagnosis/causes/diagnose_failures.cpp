@@ -233,7 +233,7 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
     return fmt::format(
         "{} ({} of its last {} messages){}{}", reason, count, evidence.looked, NextSentence(remedy),
         seldom
-            ? "; or switch off what sends between its messages (a printed header, another device)"
+            ? "; or switch off other output between its messages (a printed header, another device)"
             : "");
   }
   return fmt::format("it answers '{}' to {} of {} requests{}{}", reason, count, evidence.looked,

@@ -66,7 +66,7 @@ std::string NoNumber(const Finding& finding) {
     return ": it sends nothing for them. Check that the profile fits the device";
   }
   if (text.find_first_not_of("*- ") == std::string::npos) {
-    return ": '" + Shortened(text) + "' stands for no measurement. Check its inputs and cards";
+    return ": '" + Shortened(text) + "' means that nothing is measured. Check its inputs and cards";
   }
   const bool comma = ParseDecimal(WithDecimalPoint(text)).has_value();
   return ": '" + Shortened(text) + "' is no number. " +
@@ -426,7 +426,8 @@ std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   const double values = is_short ? 0x1p16 : 0x1p32;
   const bool ones = !is_signed && raw == values - 1 && (!is_short || !point.unit.empty());
   if (raw == values / 2 - 1 || (is_signed && raw == -values / 2) || ones) {
-    return "this number stands for no measurement: check what is measured, and add the number to "
+    return "this number is a code, not a measurement: check what is measured, and add the number "
+           "to "
            "'sentinels' of the point";
   }
   if (is_signed || raw < values - kSmall || raw == values - 1 || !small) return {};

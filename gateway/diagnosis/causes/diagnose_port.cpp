@@ -120,12 +120,12 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
     return times >= kTwice && 2 * times >= all;
   };
   if (mostly(ends.shut)) {
-    return "the next connection was closed at once: end another client that takes it, or raise the "
-           "limit of connections";
+    return "the next connection was closed at once: end the other client of the server, or raise "
+           "its limit of connections";
   }
   if (mostly(ends.refused)) {
-    return "the next connection was refused: check power and log of the server, and whether it or "
-           "its modem restarts or has no link";
+    return "the next connection was refused: check the power and the log of the server, and "
+           "whether its modem has lost the link";
   }
   if (mostly(ends.unreachable)) {
     return "no host answered for a while: check the power of the server and the network (cable, "
@@ -139,13 +139,13 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
   }
   if (ends.alike >= kThrice && ends.age > Duration()) {
     return fmt::format(
-        "each connection lasted about {:.1f} s: raise the limit of the server for the time of a "
-        "connection, or end another client that takes it",
+        "each connection lasted about {:.1f} s: raise the time that the server allows for a "
+        "connection, or end the other client that takes the connection",
         Seconds(ends.age));
   }
   if (in_use) {
-    return "another client takes it (end that client, or raise the limit of connections), or a "
-           "router or firewall in between ends it";
+    return "another client takes the connection (end that client, or raise the limit of "
+           "connections), or a router or firewall in between ends it";
   }
   return "check other clients of the server, its limit of connections, its inactivity time and "
          "restarts, and the network";

@@ -290,7 +290,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"another protocol or service answers", OtherProtocol, SayOtherProtocol, true},
       {"another setting would make its replies right", OtherSetting, AsFound<other_setting>, true},
       {"another master sends on the line", OtherMaster, SayOtherMaster, true},
-      {"slave N answers in place of slave N", OtherDevice, SayOtherDevice, true},
+      {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice, true},
       {"its reply to TELEGRAM is not as described", OtherForm, AsFound<other_form>},
       {"it restarts", Restarts, SayRestarts},
       {"text comes in place of replies", Text, SayText},

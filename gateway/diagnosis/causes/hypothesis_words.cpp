@@ -417,7 +417,7 @@ std::string SaySevenBits(const Evidence& evidence) {
 std::string SayOtherParity(const Evidence& evidence) {
   const bool network = evidence.line->is_network();
   return std::string("only characters with the right parity arrive") +
-         (network ? "" : ", and FF in place of the others") +
+         (network ? "; the others are missing" : "; the others arrive as FF") +
          ". Set the same parity at the device and " +
          (network ? "the serial server" : "in the configuration") + " (" +
          SerialOf(evidence.first()).ToString() + ")";

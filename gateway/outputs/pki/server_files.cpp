@@ -87,7 +87,7 @@ Result<std::vector<std::string>> WriteServerFiles(const std::string& folder,
   } else if (fs::exists(root / "ca.pem")) {
     return Error{(root / "ca.key").string() +
                  " is missing: put the key of the authority back, or remove ca.pem to make a new "
-                 "authority, which all browsers must then trust anew"};
+                 "authority, which all browsers must then trust"};
   } else {
     auto made =
         MakeAuthority("baudgate authority", {now - kClocksDiffer, now + kAuthorityValidity});

@@ -49,29 +49,32 @@ constexpr DecoderRow kDecoders[] = {
 
 constexpr DecoderSpec kSpecs[] = {
     {"float_le@n",
-     "IEEE-754 single, low byte first (08 1B, 08 23); primary value, with the ratios in force"},
+     "IEEE-754 single, low byte first (08 1B, 08 23), converted to a primary value by the ratios"},
     {"u8@n", "unsigned byte"},
     {"i8@n", "signed byte (temperature: 08 01 i8@1)"},
     {"u16_be@n", "unsigned 16 bit, high byte first"},
     {"u32_be@n", "unsigned 32 bit, high byte first"},
     {"bcd(b)@n", "binary coded decimal of b bytes (1 to 8), high byte first"},
-    {"counts@n", "energy register as it is, 32 bit; FFFFFFFF is no value"},
+    {"counts@n", "energy register N itself, 32 bit; FFFFFFFF: no value"},
     {"energy@n",
-     "energy register as kWh or kvarh: register / (2 A) * Kn * Kt, with A, Kn and Kt of the meter "
-     "or "
+     "energy register N in kWh or kvarh: N / (2 A) * Kn * Kt; A, Kn and Kt are from the meter or "
      "the options"},
-    {"voltage_be@n", "voltage in V, in replies to 08 11, 08 14 and 08 16; multiplied by Kn"},
-    {"current_be@n", "current in A, in the same replies; multiplied by Ci and Kt"},
+    {"voltage_be@n", "voltage in V, multiplied by Kn, in a reply to 08 11, 08 14 or 08 16"},
+    {"current_be@n", "current in A, multiplied by Ci and Kt, in a reply to 08 11, 08 14 or 08 16"},
     {"power_be@n",
-     "active power in W, in the same replies; multiplied by Kc, Kn and Kt; the sign is the "
-     "direction of active power"},
+     "power in W, multiplied by Kc, Kn and Kt, in a reply to 08 11, 08 14 or 08 16; the sign is "
+     "the "
+     "active direction"},
     {"reactive_be@n",
-     "reactive power in var, in the same replies; multiplied by Kc, Kn and Kt; the sign is the "
-     "direction of reactive power"},
+     "power in var, multiplied by Kc, Kn and Kt, in a reply to 08 11, 08 14 or 08 16; the sign is "
+     "the reactive direction"},
     {"apparent_be@n",
-     "apparent power in VA, in the same replies; multiplied by Kc, Kn and Kt; without sign"},
-    {"factor_be@n", "power factor, in the same replies; the sign is the direction of active power"},
-    {"hundredths_be@n", "hundredths without sign (frequency, distortion), in the same replies"},
+     "power in VA, multiplied by Kc, Kn and Kt, in a reply to 08 11, 08 14 or 08 16; no sign"},
+    {"factor_be@n",
+     "power factor in a reply to 08 11, 08 14 or 08 16; the sign is the active direction"},
+    {"hundredths_be@n",
+     "frequency or distortion, sent in hundredths without sign, in a reply to 08 11, 08 14 or 08 "
+     "16"},
     {"text_cp1251(b)@n", "b bytes of Windows-1251 text"},
     {"version@n", "three BCD bytes as text: 03.09.30"},
     {"date@n", "BCD day, month, year as text: 2002-09-06"},

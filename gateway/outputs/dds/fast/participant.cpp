@@ -231,8 +231,8 @@ class FoldedLog : public fast::LogConsumer {
       return;
     }
     silent_until_ = now + 10s;
-    std::fprintf(stderr, "dds: Fast DDS: %s (%llu lines left out before)\n", entry.message.c_str(),
-                 folded_);
+    std::fprintf(stderr, "dds: Fast DDS: %s (%llu earlier lines not shown)\n",
+                 entry.message.c_str(), folded_);
     folded_ = 0;
   }
 

@@ -90,7 +90,7 @@ struct LinkMessage {
   View body;  ///< part of the packet
 };
 
-/// Checks the header of a packet. The error completes the sentence "the daemon sent …": it is too
+/// Checks the header of a packet. The error completes the sentence "the gateway sent …": it is too
 /// short, has another version, an unknown kind, or a wrong length.
 Result<LinkMessage> ParseLink(View packet);
 

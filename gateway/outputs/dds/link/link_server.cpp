@@ -44,9 +44,9 @@ LinkServer::LinkServer(MakeWriter make, std::function<void()> wake)
 
 Status LinkServer::Take(View packet) {
   const auto message = ParseLink(packet);
-  if (!message) return Error{"the daemon sent " + message.error()};
+  if (!message) return Error{"the gateway sent " + message.error()};
   if (message->kind == LinkKind::open) return Open(message->body);
-  if (!writer_) return Error{"the daemon sent a message before its request to open DDS"};
+  if (!writer_) return Error{"the gateway sent a message before its request to open DDS"};
   switch (message->kind) {
     case LinkKind::point: {
       const Status published = Publish(message->body, point_);
@@ -67,13 +67,13 @@ Status LinkServer::Take(View packet) {
       ended_ = true;
       return {};
     default:
-      return Error{"the daemon sent a message that it must not send"};
+      return Error{"the gateway sent a message of an unexpected kind"};
   }
 }
 
 Status LinkServer::Open(View body) {
   const auto open = DecodeOpen(body);
-  if (!open) return Error{"the daemon sent " + open.error()};
+  if (!open) return Error{"the gateway sent " + open.error()};
   if (writer_) return Reopen(open->room);
   auto writer = make_(*open);
   if (!writer) {
@@ -138,7 +138,7 @@ std::optional<Instant> LinkServer::Leave(Instant now) {
 
 template <typename Sample>
 Status LinkServer::Publish(View body, Sample& sample) {
-  if (!Decode(body, sample)) return Error{"the daemon sent a damaged sample"};
+  if (!Decode(body, sample)) return Error{"the gateway sent a damaged sample"};
   const Sent sent = writer_->Write(sample);
   ++(sent == Sent::yes ? counts_.written : counts_.refused);
   return {};
@@ -149,7 +149,7 @@ Status LinkServer::Publish(View body, Sample& sample) {
 template <typename Sample>
 Status LinkServer::PublishOnce(View body, std::deque<Sample>& held) {
   Sample sample;
-  if (!Decode(body, sample)) return Error{"the daemon sent a damaged sample"};
+  if (!Decode(body, sample)) return Error{"the gateway sent a damaged sample"};
   if (held.empty() && writer_->Write(sample) == Sent::yes) {
     ++counts_.written;
     return {};
@@ -180,7 +180,7 @@ void LinkServer::RetryEvents(Instant now) {
 /// request.
 Status LinkServer::Reply(View body) {
   ReplySample reply;
-  if (!Decode(body, reply)) return Error{"the daemon sent a damaged reply"};
+  if (!Decode(body, reply)) return Error{"the gateway sent a damaged reply"};
   writer_->Write(reply);
   return {};
 }

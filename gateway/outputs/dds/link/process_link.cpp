@@ -403,7 +403,7 @@ Status ProcessLink::Understand(View packet, Instant now) {
       return {};
     }
     default:
-      return Error{"sent a message that it must not send"};
+      return Error{"sent a message of an unexpected kind"};
   }
 }
 

@@ -170,10 +170,12 @@ TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUseIsReported) {
     line_.drops.Add(status::kNow.instant - ago);
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "twice in five minutes";
   line_.drops.Add(status::kNow.instant - 3s);
-  EXPECT_THAT(SayOfLine(),
-              ElementsAre("the server has ended the connection 3 times in the last minutes while "
-                          "it was in use. Another client takes it (end that client, or raise the "
-                          "limit of connections), or a router or firewall in between ends it"));
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre(
+          "the server has ended the connection 3 times in the last minutes while "
+          "it was in use. Another client takes the connection (end that client, or raise the "
+          "limit of connections), or a router or firewall in between ends it"));
   Looked(device(), Symptom::silence, 1, {.ended = true});
   EXPECT_THAT(SayOfLine(), ::testing::SizeIs(1)) << "a connection can end during any request";
   device().queries = {{.first_point = 0, .points = 1},
@@ -198,12 +200,12 @@ TEST_F(DiagnoseTest, TheEndsOfConnectionsNameTheirCause) {
   };
   using Ends = bus::ConnectionEnds;
   const Row table[] = {
-      {&Ends::refused, 1, 3, "The next connection was refused: check power and log"},
+      {&Ends::refused, 1, 3, "The next connection was refused: check the power and the log"},
       {&Ends::unreachable, 0, 4, "No host answered for a while: check the power of the server"},
-      {&Ends::shut, 2, 2, "The next connection was closed at once: end another client"},
+      {&Ends::shut, 2, 2, "The next connection was closed at once: end the other client"},
       {&Ends::asked, 4, 0, "A request was under way each time: check load"},
       {&Ends::idle, 1, 3, "Check other clients of the server"},
-      {&Ends::idle, 1, 3, "Each connection lasted about 3.3 s: raise the limit", 3},
+      {&Ends::idle, 1, 3, "Each connection lasted about 3.3 s: raise the time", 3},
   };
   for (const Row& row : table) {
     line_.ends = {};
@@ -279,7 +281,7 @@ TEST_F(DiagnoseTest, AnOpenRingIsReportedForTheLineNotItsDevices) {
                   "echo. Look for a loose or broken fibre, or a device on the ring without power"));
   device().state = bus::DeviceState::offline;
   EXPECT_THAT(Say(), ElementsAre("cannot be reached, because the ring of line 'bay-1' is open. "
-                                 "Close the ring first: the device itself may be well"));
+                                 "Close the ring first: the device itself may work"));
 }
 
 /// The device is polled every second, and has missed 60 of about 200 polls in the last minutes.

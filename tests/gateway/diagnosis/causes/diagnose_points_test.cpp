@@ -33,7 +33,7 @@ TEST_F(DiagnoseTest, PointsThatAreNotGoodAreCounted) {
       {"", "it sends nothing for them. Check that the profile fits the device"},
       {"0,52",
        "'0,52' is no number. Set a decimal point at the device, or type: string in its profile"},
-      {"-----", "'-----' stands for no measurement. Check its inputs and cards"},
+      {"-----", "'-----' means that nothing is measured. Check its inputs and cards"},
       {"READY",
        "'READY' is no number. Check that the profile fits the device, or set type: string in it"},
       {"'unit' says 'kg', which is not in the codes of its profile",
@@ -74,7 +74,7 @@ TEST_F(DiagnoseTest, AReaderIsJudgedByItsMessages) {
   Looked(device(), Symptom::refusal, 4, {.cause = "no number in 'OL'", .remedy = "look at it"});
   EXPECT_THAT(
       Say(), ElementsAre("no number in 'OL' (4 of its last 32 messages). Look at it; or switch off "
-                         "what sends between its messages (a printed header, another device)"));
+                         "other output between its messages (a printed header, another device)"));
   Looked(device(), Symptom::eighth_bit, 5);
   EXPECT_THAT(Say()[0],
               ::testing::StartsWith("5 of its last 32 messages are bad: they come damaged"));
@@ -261,10 +261,10 @@ TEST_F(DiagnoseTest, ImplausibleIntegersAreReported) {
     double beside;
     std::string says;
   } rows[] = {
-      {int16, 32767, 100, "(current: 32767). This number stands for no measurement"},
-      {int16, -32768, 100, "(current: -32768). This number stands for no measurement"},
-      {uint16, 32767, 100, "This number stands for no measurement"},
-      {uint32, 4294967295, 100, "(current: 4294967295). This number stands for no measurement"},
+      {int16, 32767, 100, "(current: 32767). This number is a code, not a measurement"},
+      {int16, -32768, 100, "(current: -32768). This number is a code, not a measurement"},
+      {uint16, 32767, 100, "This number is a code, not a measurement"},
+      {uint32, 4294967295, 100, "(current: 4294967295). This number is a code, not a measurement"},
       {uint16, 65436, 100, "(current: 65436). As a signed number it is -100: set type: int16"},
       {uint32, 4294967196, 100, "As a signed number it is -100: set type: int32 in the profile"},
       {uint16, 65436, 64000, ""},

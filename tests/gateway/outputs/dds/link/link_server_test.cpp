@@ -268,7 +268,7 @@ TEST_F(LinkServerTest, AMalformedMessageClosesTheLink) {
   EXPECT_THAT(Take(*ParseHex("01 01 00 00")).error(), HasSubstr("version 1"));
   EXPECT_THAT(Take(*ParseHex("01 07 01 00 00")).error(), HasSubstr("damaged request"));
   Open();
-  EXPECT_THAT(Take(EncodeBare(LinkKind::opened)).error(), HasSubstr("must not send"));
+  EXPECT_THAT(Take(EncodeBare(LinkKind::opened)).error(), HasSubstr("unexpected kind"));
   EXPECT_THAT(Take(*ParseHex("02 07 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
   Bytes long_version(kMaxLinkMessage);
   long_version.resize(

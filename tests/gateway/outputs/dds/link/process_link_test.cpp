@@ -158,7 +158,7 @@ TEST_F(ProcessLinkAtASocket, AMalformedMessageEndsTheLinkAndANewProcessMayConnec
   } kWrong[] = {
       {Bytes(3, 0x41), "sent a message of 3 bytes"},
       {Bytes(kMaxLinkMessage + 1, 0x41), "sent a message that is too long"},
-      {EncodeBare(LinkKind::end), "sent a message that it must not send"},
+      {EncodeBare(LinkKind::end), "sent a message of an unexpected kind"},
       {{0x42, kLinkVersion, 1, 0, 0}, "sent damaged counts"},
       {*ParseHex("40 01 00 00"), "sent a message of version 1"},
       {EncodeRequest({}), "sent a write request, although writing is not permitted"},
