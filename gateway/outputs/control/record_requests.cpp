@@ -178,14 +178,16 @@ Result<ReadPage> ReadTrends(const Json& request, const std::string& point, std::
 }
 
 Result<ReadPage> ReadSamples(const Json& request, const std::string& point,
-                             const history::HistorySource& history) {
+                             const KeptValues& kept) {
+  const history::HistorySource& history = *kept.history;
   history::PageQuery query{.point = point};
   if (const auto since = TimeOf(request, "since_ms")) query.since = history::ToMillis(*since);
   query.until = NumberOf(request, "until_ms").value_or(query.until);
   if (const auto next = CursorOf(request)) query.after = *next;
   const auto page = history.Read(query);
   if (!page) return Error{page.error()};
-  return ReadPage{status::PageJson(*page, point), page->known};
+  return ReadPage{status::PageJson(*page, point, status::PointNamed(kept.config, point)),
+                  page->known};
 }
 
 Json PastPage(const Json& request, events::PastQuery query, const KeptValues& kept) {
@@ -232,7 +234,7 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
     return ErrorJson(kUsage, "'every' must be a whole number of minutes, at most 31d");
   }
   auto page = every > 0 ? ReadTrends(request, point, every, *kept.history)
-                        : ReadSamples(request, point, *kept.history);
+                        : ReadSamples(request, point, kept);
   if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
   if (!page->known) {
     if (const Status its = KeepsPoint(point, kept.config); !its) {

@@ -219,7 +219,8 @@ Json AdviceOf(const history::HistoryState& state) {
 
 /// Returns a record of the history. The value and the quality of a gap are null, because they are
 /// unknown.
-Json RecordJson(const history::HistoryRecord& record, const std::string& point) {
+Json RecordJson(const history::HistoryRecord& record, const std::string& point,
+                const config::Point* its) {
   Json json = {{"time", FormatWallTime(history::ToWall(record.entry.time))}, {"point", point}};
   if (record.gap) {
     json["value"] = nullptr;
@@ -229,6 +230,8 @@ Json RecordJson(const history::HistoryRecord& record, const std::string& point) 
     return json;
   }
   json["value"] = ValueJson(record.entry.value);
+  json["shown"] =
+      its != nullptr ? config::ShownText(*its, record.entry.value) : ToText(record.entry.value);
   json["quality"] = record.entry.quality.word();
   json["quality_text"] = Name(record.entry.quality);
   return json;
@@ -257,10 +260,10 @@ Json HistoryJson(const history::HistoryState& state) {
   return json;
 }
 
-Json PageJson(const history::Page& page, const std::string& point) {
+Json PageJson(const history::Page& page, const std::string& point, const config::Point* its) {
   Json records = Json::array();
   for (const history::HistoryRecord& record : page.records) {
-    records.push_back(RecordJson(record, point));
+    records.push_back(RecordJson(record, point, its));
   }
   Json unread = Json::array();
   for (const history::UnreadFile& file : page.unread) unread.push_back(file.text);
@@ -291,7 +294,8 @@ namespace {
 
 const std::vector<std::string> kSpanHead = {"time_utc", "point", "mean",  "min",         "max",
                                             "first",    "last",  "count", "seconds_good"};
-const std::vector<std::string> kHead = {"time_utc", "point", "value", "quality", "quality_text"};
+const std::vector<std::string> kHead = {"time_utc", "point",        "value",
+                                        "quality",  "quality_text", "shown"};
 
 std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
   const auto found = record.find(key);
@@ -323,7 +327,7 @@ std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans) {
   std::vector<std::string> row = {time};
   const std::vector<std::string>& head = spans ? kSpanHead : kHead;
   for (std::size_t i = 1; i < head.size(); ++i) row.push_back(FieldOf(record, head[i].c_str()));
-  if (!spans && record.contains("gap")) row.back() = GapText(record);
+  if (!spans && record.contains("gap")) row[4] = GapText(record);
   return CsvLine(row);
 }
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "config/model/point.h"
 #include "gateway/records/audit/audit_source.h"
 #include "gateway/records/events/event_source.h"
 #include "gateway/records/history/history_view.h"
@@ -42,8 +43,10 @@ nlohmann::ordered_json PageJson(const events::Page& page);
 nlohmann::ordered_json HistoryJson(const history::HistoryState& state);
 
 /// Return {"records":[…],"next":[3,1790000000000],"more":false}. A record has the form that
-/// `baudgate history --json` prints.
-nlohmann::ordered_json PageJson(const history::Page& page, const std::string& point);
+/// `baudgate history --json` prints. `its`: the point of the configuration, which gives `shown`;
+/// null: the point was removed.
+nlohmann::ordered_json PageJson(const history::Page& page, const std::string& point,
+                                const config::Point* its);
 nlohmann::ordered_json PageJson(const history::TrendPage& page, const std::string& point);
 
 // HistoryCsvHead and HistoryCsvRow write the CSV of `baudgate history --csv` and of the web page's

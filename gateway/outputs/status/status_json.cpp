@@ -211,9 +211,10 @@ Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now) 
   const Quality quality = QualityAt(record, index, now);
   return {{"point", point.name},
           {"value", ValueJson(record.points[index].value)},
+          {"shown", config::ShownText(point, record.points[index].value)},
           {"unit", point.unit},
           {"quality", quality.word()},
-          {"quality_text", Name(quality)},
+          {"quality_text", QualityText(point, quality)},
           {"age_ms", SinceJson(AgeAt(record, index, now))}};
 }
 

@@ -176,7 +176,7 @@ Response LiveApi::Points(const Request& request, Now now) {
     if (!device) return Problem(404, device.error());
     filter.device = *device;
   }
-  return JsonResponse(PointsJson(links_.store, filter, now));
+  return JsonResponse(PointsJson(links_.store, filter, config_->history, now));
 }
 
 Response LiveApi::PointsStream(const Request& request, Now now) {
@@ -431,22 +431,13 @@ Response PastApi::History(const Request& request, Now now) {
     return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));
   const auto chart = history::ReadChart(*gateway->info.history, query);
   if (!chart) return Problem(503, "the history cannot be read: " + chart.error());
-  const auto point = status::FindPoint(*gateway->config, query.point);
+  const config::Point* const point = status::PointNamed(*gateway->config, query.point);
   if (!chart->known) {
     const std::string page = Page({{"command", "history"}, {"point", query.point}}, now);
     if (page.starts_with("{\"error\"")) return ResponseOf(page);
   }
-  std::string unit;
-  if (point) {
-    std::uint32_t device = 0;
-    for (const config::Line& line : gateway->config->lines) {
-      for (const config::Device& its : line.devices) {
-        if (device++ == point->device) unit = its.points[point->point].unit;
-      }
-    }
-  }
   return JsonResponse({{"point", query.point},
-                       {"unit", unit},
+                       {"unit", point != nullptr ? point->unit : ""},
                        {"step_ms", chart->step},
                        {"rows", RowsJson(*chart)}});
 }

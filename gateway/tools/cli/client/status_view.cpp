@@ -376,10 +376,9 @@ std::string OneLine(const Json& status, const TableView& view) {
   return text + RenderTraffic(PartOf(status, "modbus"), view) + AdviceText(status, view);
 }
 
-std::string JsonValueText(const Json& value) {
-  if (value.is_null()) return "-";
-  if (value.is_string()) return value.get<std::string>();
-  return value.is_number_float() ? FormatValue(value.get<double>()) : value.dump();
+std::string ShownOf(const Json& value) {
+  const std::string shown = Text(value, "shown");
+  return shown.empty() ? "-" : shown;
 }
 
 /// Returns for example "quiet 5.2 ms, reply 1000 ms (line), …". Brackets contain the source of a
@@ -400,11 +399,12 @@ std::vector<PointRow> PointRowsOf(const Json& device) {
   for (const Json& value : device.at("values")) {
     PointRow row{Text(device, "name"),
                  Text(value, "point"),
-                 JsonValueText(value.at("value")),
+                 ShownOf(value),
                  Text(value, "unit"),
                  Quality::OfWord(static_cast<std::uint16_t>(Number(value, "quality"))),
                  {},
-                 false};
+                 false,
+                 Text(value, "quality_text") == "write only"};
     if (!value.at("age_ms").is_null()) {
       row.age = std::chrono::milliseconds(value.at("age_ms").get<std::int64_t>());
     }

@@ -64,8 +64,8 @@ using config::kQualityOffset;
 
 /// Returns what Modbus clients are allowed to do: "r", "rw"; empty: nothing.
 std::string AccessText(const config::Point& point) {
-  if (point.writing.allowed) return std::string(config::Name(point.access));
-  return point.access == config::Access::write ? "" : "r";
+  const auto access = config::AllowedAccess(point);
+  return access ? std::string(config::Name(*access)) : "";
 }
 
 // Returns the word order, which matters only for values of several registers.
@@ -92,6 +92,19 @@ std::string AgeText(const MapPlace& place, const config::Point& point) {
 std::string SelectText(const MapPlace& place, const config::Point& point) {
   const bool selects = point.writing.select && point.writing.allowed;
   return selects ? Number(place, config::kSelectOffset) : "";
+}
+
+/// Returns "0 off, 3 run"; empty: the point has no states.
+std::string StatesText(const config::Point& point) {
+  std::string text;
+  for (const config::StateText& state : *point.states) {
+    text += (text.empty() ? "" : ", ") + std::to_string(state.value) + " " + state.text;
+  }
+  return text;
+}
+
+std::string PrecisionText(const config::Point& point) {
+  return point.precision ? std::to_string(*point.precision) : "";
 }
 
 std::string Key(const config::Config& config, const config::Device& device,
@@ -155,10 +168,10 @@ void PrintMarkdown(const config::Config& config, std::ostream& out) {
 }
 
 void PrintCsv(const config::Config& config, std::ostream& out) {
-  TextTable table({"line",    "device",   "modbus_unit", "point",  "table",
-                   "read_fc", "write_fc", "address",     "plc",    "registers",
-                   "type",    "order",    "unit",        "access", "group",
-                   "quality", "age",      "dds_key",     "read",   "description"});
+  TextTable table({"line",     "device",      "modbus_unit", "point",     "table", "read_fc",
+                   "write_fc", "address",     "plc",         "registers", "type",  "order",
+                   "unit",     "access",      "group",       "quality",   "age",   "dds_key",
+                   "read",     "description", "precision",   "states"});
   ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {
     for (const config::Point& point : device.points) {
       const MapPlace place = PlaceOf(device, point);
@@ -181,7 +194,9 @@ void PrintCsv(const config::Config& config, std::ostream& out) {
                  AgeText(place, point),
                  Key(config, device, point),
                  point.read,
-                 point.description});
+                 point.description,
+                 PrecisionText(point),
+                 StatesText(point)});
     }
   });
   table.PrintCsv(out);
@@ -203,18 +218,23 @@ void PrintJson(const config::Config& config, std::ostream& out) {
   Json points = Json::array();
   ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {
     for (const config::Point& point : device.points) {
-      points.push_back({{"line", line.name},
-                        {"device", device.name},
-                        {"point", point.name},
-                        {"type", TypeText(point)},
-                        {"iec", config::IecName(point)},
-                        {"unit", point.unit},
-                        {"access", AccessText(point)},
-                        {"group", config::PeriodText(point)},
-                        {"read", point.read},
-                        {"description", *point.description},
-                        {"modbus", ModbusJson(device, point, PlaceOf(device, point))},
-                        {"dds_key", Key(config, device, point)}});
+      Json one = {{"line", line.name},
+                  {"device", device.name},
+                  {"point", point.name},
+                  {"type", TypeText(point)},
+                  {"iec", config::IecName(point)},
+                  {"unit", point.unit},
+                  {"access", AccessText(point)},
+                  {"group", config::PeriodText(point)},
+                  {"read", point.read},
+                  {"description", *point.description},
+                  {"modbus", ModbusJson(device, point, PlaceOf(device, point))},
+                  {"dds_key", Key(config, device, point)}};
+      if (point.precision) one["precision"] = *point.precision;
+      for (const config::StateText& state : *point.states) {
+        one["states"][std::to_string(state.value)] = state.text;
+      }
+      points.push_back(std::move(one));
     }
   });
   const Json result = {{"gateway", config.name}, {"points", std::move(points)}};
@@ -344,6 +364,7 @@ void PrintVariables(const config::Device& device, const Area& area, const std::s
     const MapPlace place = PlaceOf(device, point);
     if (!area.Has(place)) continue;
     std::string text = point.description;
+    if (point.states) text += (text.empty() ? "" : ": ") + StatesText(point);
     for (std::size_t at = 0; (at = text.find("*)", at)) != std::string::npos;) text[at] = '.';
     out << fmt::format("  {} AT {} : {}; (* {} {}{}{}{}{} *)\n",
                        Identifier(device.name, point.name) + suffix, area.AddressOf(place),

@@ -168,7 +168,7 @@ TEST_F(StatusTest, ADeviceIsShownWithItsPoints) {
   up to  131 ms  #                                         8
 
 device    point    value  unit  quality                          age
-feeder-1  current   1.25  A     good                           0.3 s
+feeder-1  current  1.250  A     good                           0.3 s
           voltage      -  A     bad: waiting for initial data      -
 
 all is well
@@ -260,10 +260,11 @@ TEST_F(StatusTest, TheJsonOfADeviceHasOnlyItsOwnValues) {
   const Json status = Status("bay-1.feeder-1");
   ASSERT_EQ(status["lines"].size(), 1U);
   ASSERT_EQ(status["lines"][0]["devices"].size(), 1U);
-  EXPECT_EQ(status["lines"][0]["devices"][0]["values"],
-            Json::parse(R"([{"point":"current","value":1.25,"unit":"A","quality":192,
+  EXPECT_EQ(
+      status["lines"][0]["devices"][0]["values"],
+      Json::parse(R"([{"point":"current","value":1.25,"shown":"1.250","unit":"A","quality":192,
               "quality_text":"good","age_ms":300},
-              {"point":"voltage","value":null,"unit":"A","quality":32,
+              {"point":"voltage","value":null,"shown":"","unit":"A","quality":32,
               "quality_text":"bad: waiting for initial data","age_ms":null}])"));
 }
 

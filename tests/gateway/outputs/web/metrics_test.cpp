@@ -322,9 +322,10 @@ TEST_F(WebTest, TheHistoryIsDownloadedPageByPage) {
   EXPECT_EQ(reply.headers["content-type"], "text/csv; charset=utf-8");
   EXPECT_EQ(reply.headers["content-disposition"],
             "attachment; filename=\"bay-1.feeder-1.current.csv\"");
-  EXPECT_THAT(reply.body, ::testing::StartsWith(
-                              "time_utc,point,value,quality,quality_text\r\n"
-                              "2026-09-21 00:00:00.000,bay-1.feeder-1.current,10.0,192,good\r\n"));
+  EXPECT_THAT(reply.body,
+              ::testing::StartsWith(
+                  "time_utc,point,value,quality,quality_text,shown\r\n"
+                  "2026-09-21 00:00:00.000,bay-1.feeder-1.current,10.0,192,good,10.00\r\n"));
   EXPECT_EQ(std::ranges::count(reply.body, '\n'), 601);
   Stop();
 }
