@@ -50,7 +50,8 @@ def test_killed_device_turns_grey_with_the_sentence_of_the_status(context):
         browser.go("overview")
         row = browser.wait("it among the first", lambda: [r for r in browser.all(".rank-bad") if stage.victim in r.text])[0]
         assert "offline" in row.text, row.text
-        browser.wait("the same on the overview", lambda: words(says()[0]) in words(browser.text()))
+        cause = sentence.split(". ")[0].split(": ", 1)[1]
+        browser.wait("its cause on the overview", lambda: words(cause) in words(browser.text(".problems")))
     finally:
         browser.url = context.stage.url
         stage.end()
@@ -77,9 +78,10 @@ def test_device_is_not_online_over_bad_points_after_a_stop(context):
 
 def test_devices_behind_a_closed_port_show_why(context):
     browser = context.browser
-    open_view(context, "overview", "spare.ai-9")
-    row = browser.wait("its row", lambda: [r for r in browser.all("tr") if "spare.ai-9" in r.text])[0]
-    assert "port closed" in row.text, row.text
+    open_view(context, "overview", "Line spare")
+    rows = browser.wait("their row", lambda: [r for r in browser.all(".problems tbody tr") if "Line spare" in r.text])
+    assert "port closed" in rows[0].text and "away with it" in rows[0].text, rows[0].text
+    assert not [r for r in browser.texts(".problems tbody tr") if "spare.ai-9" in r], "one cause, two rows"
     browser.go("device/spare.ai-9")
     browser.wait_text("port closed")
 

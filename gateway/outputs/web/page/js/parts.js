@@ -70,6 +70,10 @@ export class Headline {
     this.element = h('h1', {tabindex: '-1'}, this.shape, this.text);
   }
 
+  name(text) {
+    setText(this.text, text);
+  }
+
   paint(kind, text) {
     this.shape.style.display = '';
     setMark(this.shape, kind);

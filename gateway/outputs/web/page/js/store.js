@@ -77,6 +77,12 @@ export function allPoints() {
   return described;
 }
 
+/** The limits of a point and the thresholds of its events: [{value, text}]. */
+export const limitsOf = (point) => (!point ? [] : [
+  ...(point.events || []).map(({on: side, value, alarm}) => ({value, side, alarm, text: `${side} ${value}${alarm && alarm !== 'off' ? `: alarm, ${alarm}` : ''}`})),
+  ...['min', 'max'].filter((key) => typeof point[key] === 'number').map((key) => ({value: point[key], side: key, text: `${key} ${point[key]}`})),
+]);
+
 export const pointsOf = (device) => get('points', {device}).then(adopt);
 
 /** Returns the points whose name or description contains every word of the text. */
