@@ -16,6 +16,13 @@ def get(stage, name, **query):
         return json.load(answer)
 
 
+def unfold(context):
+    """Opens the part of a device's page that is folded, and keeps it open."""
+    summary = context.browser.wait("it", lambda: context.browser.all("details.folded summary"))[0]
+    if not context.browser.run("return arguments[0].parentNode.open", summary):
+        summary.click()
+
+
 def test_value_changes(context):
     browser = context.browser
     open_view(context, f"device/{context.device}", "good")
@@ -27,7 +34,7 @@ def test_value_changes(context):
 def test_ages_count_on(context):
     browser = context.browser
     context.stage.kill()
-    open_view(context, f"device/{context.stage.victim}", "Answered")
+    open_view(context, f"device/{context.stage.victim}", "Values")
     age = lambda: float(re.match(r"[0-9.]+", browser.text(".point-rows .p-age") or "0").group())
     first = browser.wait("an age", lambda: age() > 1 and age())
     browser.wait("a higher one", lambda: age() > first + 1)
@@ -90,7 +97,10 @@ def test_exchanges_are_decoded_frames(context):
     browser = context.browser
     line, _, _ = context.device.partition(".")
     for view in (f"device/{context.device}", f"line/{line}"):
-        open_view(context, view, "ok, ")
+        browser.open(view)
+        if view.startswith("device"):
+            unfold(context)
+        browser.wait_text("ok, ")
         means = browser.wait("what they mean", lambda: browser.texts("td.means"))
         assert re.search(r"^\w+ \S", means[0]), means[0]
     browser.find("main p.controls button[aria-pressed]").click()

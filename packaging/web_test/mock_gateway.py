@@ -178,6 +178,7 @@ class Gateway:
     def make_line(self, lines, name, devices):
         line = copy.deepcopy(lines.get(name, lines["bay-1"]))
         line["name"], line["devices"], line["advice"], line["maintenance"] = name, [], [], None
+        line["services"] = []
         if name not in lines:
             line["port"] = f"/dev/serial/by-id/usb-{name}"
             line["port_text"] = f"serial {line['port']} 9600 7E1"

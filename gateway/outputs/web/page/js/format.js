@@ -23,8 +23,10 @@ export function listed(names, most = 4) {
 
 const identifiers = new RegExp('\\b(no|line|not|never)_(reply|down|sent|seen)\\b', 'g');
 
-/** Makes words of the gateway's identifiers of outcomes: "no reply" of "no_reply". */
-export const inWords = (text) => (text || '').replace(identifiers, '$1 $2');
+const isoTimes = /\b\d{4}-\d\d-\d\dT[\d:.]+Z/g;
+
+/** Makes words of the gateway's identifiers of outcomes ("no reply" of "no_reply"), and shown times of its times. */
+export const inWords = (text) => (text || '').replace(identifiers, '$1 $2').replace(isoTimes, (time) => civilSeconds(time));
 
 export function percent(share) {
   if (share === null || share === undefined || Number.isNaN(share)) return '–';
@@ -75,7 +77,7 @@ export function qualityKind(quality) {
   return low === 0xc0 ? 'good' : low === 0x40 ? 'uncertain' : 'bad';
 }
 
-export const qualityMark = {good: 'fine', uncertain: 'warn', bad: 'bad'};
+export const qualityMark = {good: 'fine', uncertain: 'warn', bad: 'bad', none: 'off'};
 
 const deviceStates = {
   offline: ['bad', 0],

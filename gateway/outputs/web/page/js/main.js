@@ -3,6 +3,7 @@
 import {startAlarmBar} from './alarm_bar.js';
 import {emit, on} from './bus.js';
 import {h, setText} from './dom.js';
+import * as favourites from './favourites.js';
 import {showLink, showNotices} from './link_bar.js';
 import {parse} from './links.js';
 import {startSearch} from './search.js';
@@ -15,6 +16,7 @@ import {isUtc, setUtc} from './zone.js';
  * view, and returns the function that ends the view.
  */
 const views = {
+  favourites: ['Favourites', () => import('./favourites.js')],
   overview: ['Overview', () => import('./overview.js')],
   device: ['', () => import('./device.js')],
   line: ['', () => import('./line.js')],
@@ -36,10 +38,10 @@ function paintTitle() {
   document.title = `${waiting ? `(${waiting}) ` : ''}${name} – ${session.gateway || 'baudgate'}`;
 }
 
-/** The view that the address names; without a name the first one. */
+/** The view that the address names; without a name the favourites, if there are any. */
 function addressed() {
   const found = parse(location.hash);
-  return found.view ? found : {...found, view: 'overview'};
+  return found.view ? found : {...found, view: favourites.list().length ? 'favourites' : 'overview'};
 }
 
 const menu = byId('menu');
@@ -148,6 +150,11 @@ byId('skip').addEventListener('click', (event) => {
 });
 const end = () => logOut().then(login, (error) => emit('notice', error.message));
 byId('logout').addEventListener('click', end);
+const paintFavourites = () => {
+  byId('views').firstChild.hidden = !favourites.list().length;
+};
+paintFavourites();
+on('favourites', paintFavourites);
 addEventListener('hashchange', () => session.gateway !== undefined && show(true));
 on('login', login);
 on('zone', () => {

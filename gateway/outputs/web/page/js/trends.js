@@ -162,6 +162,7 @@ export function trends(root, _, given) {
     marksAt = 0;
     refresh();
   }});
+  const adding = pointPicker();
   const csv = h('a', {class: 'button', download: ''}, 'CSV of all curves');
   const sets = setsPart((key, points) => {
     set = key;
@@ -176,7 +177,7 @@ export function trends(root, _, given) {
       problem.element, charts,
       h('div', {class: 'controls no-print'}, h('label', {class: 'check'}, byCurve, 'A panel for each curve'),
           h('label', {class: 'check', hidden: !session.events}, withMarks, 'Events and alarms'), csv),
-      table.element, pointPicker(), sets.element);
+      table.element, adding.element, sets.element);
 
   const address = (write) => write(trendsLink({set, points: picked.list().join(','), ...span.parameters(), panels: single && 'curve'}));
 
@@ -300,7 +301,7 @@ export function trends(root, _, given) {
   const ends = [on('picked', () => {
     address(replace);
     refresh();
-  }), () => removeEventListener('resize', resized)];
+  }), adding.end, () => removeEventListener('resize', resized)];
   return {
     moved(parameters) {
       span = new Span(parameters);
