@@ -120,7 +120,7 @@ class Point:
 
     def read(self, now):
         self.read_at = now
-        if isinstance(self.value, float):
+        if isinstance(self.value, float) and self.access == "read":
             swing = math.sin(now / 40 + self.id) * 0.03 + random.uniform(-0.004, 0.004)
             self.value = round(self.base * (1 + swing), 4)
 

@@ -65,7 +65,8 @@ export async function setInUse(device, on) {
   const sure = await ask(on ? 'Take the device into use?' : 'Take the device out of use?', [rows([['Device', device]]),
     h('p', {}, on ? 'The gateway polls it again.' : 'The gateway stops polling it; its values become bad (out of service), and it raises no alarms.')],
   on ? 'Enable' : 'Disable');
-  if (sure) await act(`devices/${on ? 'enable' : 'disable'}`, {device});
+  const answer = sure && await act(`devices/${on ? 'enable' : 'disable'}`, {device});
+  if (answer && answer.enabled !== answer.in_use) emit('notice', `${device}: this lasts until the next restart, because the configuration says otherwise.`);
 }
 
 export async function endLoan(line) {
@@ -100,10 +101,10 @@ function resultText({end, reason, read_back: readBack}) {
 const withUnit = (text, point) => [text, point.unit].filter(Boolean).join(' ');
 const statesOf = (point) => point.states || (point.type === 'bool' ? {0: 'off', 1: 'on'} : null);
 
-/** The value as the user reads it. */
-function textOf(point, value) {
+/** The value as the user reads it; `live` is a value of the store. */
+function textOf(point, value, live = null) {
   if (value === null || value === undefined) return 'none';
-  return withUnit(statesOf(point)?.[Number(value)] ?? String(value), point);
+  return withUnit(live?.shown || (statesOf(point)?.[Number(value)] ?? String(value)), point);
 }
 
 function field(point, value) {
@@ -135,13 +136,13 @@ export function write(point) {
   const seen = () => valueOf(point.id)?.value ?? null;
   const limits = [['min', 'at least'], ['max', 'at most'], ['step', 'in steps of']].filter(([key]) => point[key] !== undefined)
       .map(([key, text]) => `${text} ${point[key]}`).join(', ');
-  const input = field(point, point.write_only ? null : seen());
+  const input = field(point, point.write_only ? null : valueOf(point.id)?.shown || seen());
   let step = null;
 
   function first() {
     setText(title, `Write ${point.point}`);
     content.replaceChildren(rows([['Device', device], ['Point', [point.point, point.description].filter(Boolean).join(': ')],
-      ...(point.write_only ? [] : [['Now', textOf(point, seen())]]), ...(limits ? [['Allowed', limits]] : [])]),
+      ...(point.write_only ? [] : [['Now', textOf(point, seen(), valueOf(point.id))]]), ...(limits ? [['Allowed', limits]] : [])]),
     h('label', {for: 'new-value'}, withUnit('New value', {unit: point.unit && `in ${point.unit}`})), input);
     result.hidden = back.hidden = true;
     go.hidden = false;
@@ -154,10 +155,11 @@ export function write(point) {
   function second() {
     const value = typed(point, input.value);
     const expect = seen();
+    const old = textOf(point, expect, valueOf(point.id));
     const sure = h('input', {type: 'checkbox', required: true});
     setText(title, 'Write this to the device?');
     content.replaceChildren(rows([['Device', device], ['Point', point.point],
-      ...(point.write_only ? [] : [['Old value', textOf(point, expect)]]), ['New value', textOf(point, value)]]),
+      ...(point.write_only ? [] : [['Old value', old]]), ['New value', textOf(point, value)]]),
     point.select ? h('label', {class: 'check'}, sure, 'Select it: this point trips or resets something') : '');
     result.hidden = true;
     back.hidden = false;
