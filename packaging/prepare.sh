@@ -6,7 +6,7 @@ packages=(
   ca-certificates g++ cmake ninja-build pkg-config python3
   libfastrtps-dev libfastcdr-dev libasio-dev libmodbus-dev libyaml-cpp-dev libfmt-dev
   libcli11-dev nlohmann-json3-dev libsystemd-dev libssl-dev libsqlite3-dev zlib1g-dev
-  libmicrohttpd-dev libgnutls28-dev libcrypt-dev libjs-dygraphs
+  libmicrohttpd-dev libgnutls28-dev libcrypt-dev
 )
 # Only for tests: build_tests.
 test_packages=(

@@ -20,7 +20,7 @@ import uuid
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 # Header-only libraries leave no trace in a program, so this table lists them for each program.
 COMPILED_IN = {
-    "baudgate": ["libasio-dev", "libcli11-dev", "nlohmann-json3-dev", "libjs-dygraphs"],
+    "baudgate": ["libasio-dev", "libcli11-dev", "nlohmann-json3-dev"],
     "baudgate-dds": ["libasio-dev", "libcli11-dev", "nlohmann-json3-dev"],
 }
 

@@ -22,7 +22,7 @@ def busy():
 def views(context):
     """Every view, and words that it has."""
     line, _, _ = context.device.partition(".")
-    return {"overview": "Devices", f"device/{context.device}": "Round trips", f"line/{line}": "Use of the wire",
+    return {"overview": "Devices", f"device/{context.device}": "Communication", f"line/{line}": "Trace",
             "alarms": "Events", "trends": "Add a point", "points": "points;", "system": "Configuration in force"}
 
 

@@ -16,6 +16,13 @@ def get(stage, name, **query):
         return json.load(answer)
 
 
+def unfold(context):
+    """Opens the part of a device's page that is folded, and keeps it open."""
+    summary = context.browser.wait("it", lambda: context.browser.all("details.folded summary"))[0]
+    if not context.browser.run("return arguments[0].parentNode.open", summary):
+        summary.click()
+
+
 def test_value_changes(context):
     browser = context.browser
     open_view(context, f"device/{context.device}", "good")
@@ -27,7 +34,7 @@ def test_value_changes(context):
 def test_ages_count_on(context):
     browser = context.browser
     context.stage.kill()
-    open_view(context, f"device/{context.stage.victim}", "Answered")
+    open_view(context, f"device/{context.stage.victim}", "Values")
     age = lambda: float(re.match(r"[0-9.]+", browser.text(".point-rows .p-age") or "0").group())
     first = browser.wait("an age", lambda: age() > 1 and age())
     browser.wait("a higher one", lambda: age() > first + 1)
@@ -50,7 +57,8 @@ def test_killed_device_turns_grey_with_the_sentence_of_the_status(context):
         browser.go("overview")
         row = browser.wait("it among the first", lambda: [r for r in browser.all(".rank-bad") if stage.victim in r.text])[0]
         assert "offline" in row.text, row.text
-        browser.wait("the same on the overview", lambda: words(says()[0]) in words(browser.text()))
+        cause = sentence.split(". ")[0].split(": ", 1)[1]
+        browser.wait("its cause on the overview", lambda: words(cause) in words(browser.text(".problems")))
     finally:
         browser.url = context.stage.url
         stage.end()
@@ -77,9 +85,10 @@ def test_device_is_not_online_over_bad_points_after_a_stop(context):
 
 def test_devices_behind_a_closed_port_show_why(context):
     browser = context.browser
-    open_view(context, "overview", "spare.ai-9")
-    row = browser.wait("its row", lambda: [r for r in browser.all("tr") if "spare.ai-9" in r.text])[0]
-    assert "port closed" in row.text, row.text
+    open_view(context, "overview", "Line spare")
+    rows = browser.wait("their row", lambda: [r for r in browser.all(".problems tbody tr") if "Line spare" in r.text])
+    assert "port closed" in rows[0].text and "away with it" in rows[0].text, rows[0].text
+    assert not [r for r in browser.texts(".problems tbody tr") if "spare.ai-9" in r], "one cause, two rows"
     browser.go("device/spare.ai-9")
     browser.wait_text("port closed")
 
@@ -88,7 +97,10 @@ def test_exchanges_are_decoded_frames(context):
     browser = context.browser
     line, _, _ = context.device.partition(".")
     for view in (f"device/{context.device}", f"line/{line}"):
-        open_view(context, view, "ok, ")
+        browser.open(view)
+        if view.startswith("device"):
+            unfold(context)
+        browser.wait_text("ok, ")
         means = browser.wait("what they mean", lambda: browser.texts("td.means"))
         assert re.search(r"^\w+ \S", means[0]), means[0]
     browser.find("main p.controls button[aria-pressed]").click()

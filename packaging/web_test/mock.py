@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Serves the page and answers its requests from samples, without a gateway.
 
-usage: mock.py [--port 8502] [--points 10000] [--token WORD] [--no-acknowledge] [--no-history]
+usage: mock.py [--port 8502] [--points 10000] [--token WORD] [--role ROLE] [--no-acknowledge] [--no-history] [--no-events]
 
 For tests only: POST /mock/kill?device=LINE.DEVICE, /mock/alarm?device=LINE.DEVICE&text=TEXT, /mock/hang (no stream
-says anything for five seconds), /mock/reload (all streams end as at a reload); GET /mock/viewers (how many streams are open).
+says anything for five seconds), /mock/reload (all streams end as at a reload), /mock/trial?s=SECONDS (a configuration on trial);
+GET /mock/viewers (how many streams are open), /mock/asked (the requests that act, with their bodies).
 """
 
 import argparse
@@ -22,13 +23,20 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from mock_gateway import Gateway
 
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "gateway/outputs/web/page"
-DYGRAPHS = pathlib.Path("/usr/share/javascript/dygraphs")
 TYPES = {".html": "text/html; charset=utf-8", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 HEADERS = {
     "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'self'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
+
+
+OWN = ("no answer", "port down", "server away")
+MAY = {"viewer": [], "auditor": ["sessions"], "operator": ["acknowledge", "write", "disable", "release"],
+       "engineer": ["acknowledge", "write", "disable", "release", "confirm", "sessions", "end_sessions"]}
+NEEDS = {"/api/v1/alarms/ack": "acknowledge", "/api/v1/write": "write", "/api/v1/devices/disable": "disable",
+         "/api/v1/devices/enable": "disable", "/api/v1/lines/release": "release", "/api/v1/reload/confirm": "confirm",
+         "/api/v1/reload/revert": "confirm"}
 
 
 @functools.lru_cache
@@ -39,8 +47,6 @@ def packed(file, changed):
 def asset(path):
     if path == "/":
         return PAGE / "index.html"
-    if path in ("/chart.js", "/chart.css"):
-        return DYGRAPHS / ("dygraph.min" + path[6:])
     file = (PAGE / path[1:]).resolve()
     return file if file.is_file() and PAGE in file.parents else None
 
@@ -136,12 +142,12 @@ class Handler(BaseHTTPRequestHandler):
             return self.no_content({"Set-Cookie": "session=; Max-Age=0"})
         if not self.logged_in():
             return self.problem(401, "Unauthorized", "Log in first.")
-        if url.path == "/api/v1/alarms/ack":
-            if self.options.no_acknowledge:
-                return self.problem(403, "Forbidden", "The page may not acknowledge: web.acknowledge is deny.")
-            count = self.gateway.acknowledge(json.loads(body)["target"])
-            self.streams.alarms()
-            return self.answer({"acknowledged": count, "trouble": ""})
+        if url.path in NEEDS:
+            if NEEDS[url.path] not in self.may():
+                return self.problem(403, "Forbidden", "Your role may not do this.")
+            given = json.loads(body)
+            self.asked.append([url.path, given])
+            return self.act(url.path.removeprefix("/api/v1/"), given)
         if url.path == "/mock/kill":
             self.streams.changes(self.gateway.kill(query["device"]))
             return self.no_content()
@@ -154,16 +160,43 @@ class Handler(BaseHTTPRequestHandler):
             self.streams.send("reload", {})
             self.streams.end()
             return self.no_content()
+        if url.path == "/mock/trial":
+            self.gateway.trial_until = time.time() + float(query["s"])
+            return self.no_content()
         if url.path == "/mock/hang":
             self.streams.hang_until = time.time() + 5
             return self.no_content()
         self.problem(404, "Not found", "There is no such address.")
+
+    def may(self):
+        may = MAY[self.options.role] if self.options.role else ["acknowledge"]
+        return [what for what in may if what != "acknowledge" or not self.options.no_acknowledge]
+
+    def act(self, what, given):
+        if what == "alarms/ack":
+            count = self.gateway.acknowledge(given)
+            self.streams.alarms()
+            return self.answer({"ok": True, "acknowledged": count, "trouble": ""})
+        if what == "write":
+            answer = self.gateway.write(given)
+            return self.answer(answer) if answer else self.problem(404, "Not found", "There is no such point.")
+        if what.startswith("devices/"):
+            self.streams.changes(self.gateway.set_in_use(given["device"], what == "devices/enable"))
+            return self.answer({"ok": True, "in_use": what == "devices/enable", "enabled": True})
+        if what == "lines/release":
+            self.gateway.end_loan(given["line"])
+            return self.answer({"ok": True, "line": given["line"], "was_released": True})
+        left, self.gateway.trial_until = self.gateway.trial_until - time.time(), 0
+        return self.answer({"ok": left > 0, "applied": False, "exit": 0, "changes": [], "warnings": [],
+                            "text": "" if left > 0 else "no configuration is on trial", "confirm_ms": 0})
 
     def do_GET(self):
         url = urllib.parse.urlsplit(self.path)
         query = dict(urllib.parse.parse_qsl(url.query))
         if url.path == "/mock/viewers":
             return self.answer({"viewers": len(self.streams.viewers)})
+        if url.path == "/mock/asked":
+            return self.answer(self.asked)
         if not url.path.startswith("/api/"):
             file = asset(url.path)
             if file is None:
@@ -172,9 +205,11 @@ class Handler(BaseHTTPRequestHandler):
                                extra={"Content-Encoding": "gzip", "Cache-Control": "no-cache"})
         name = url.path.removeprefix("/api/v1/").replace("/", "_").replace(".", "_")
         if name == "session":
-            return self.answer({"needs_token": bool(self.options.token), "logged_in": self.logged_in(),
-                                "acknowledge": not self.options.no_acknowledge, "gateway": "substation-7",
-                                "version": "0.1.0", "history": not self.options.no_history, "events": True})
+            role = self.options.role
+            return self.answer({"needs_token": bool(self.options.token), "users": bool(role), "logged_in": self.logged_in(),
+                                "user": "anna" if role else "", "role": role, "may": self.may(), "write": "write" in self.may(),
+                                "acknowledge": "acknowledge" in self.may(), "gateway": "substation-7", "version": "0.1.0",
+                                "history": not self.options.no_history, "events": not self.options.no_events})
         if not self.logged_in():
             return self.problem(401, "Unauthorized", "Log in first.")
         handler = getattr(self, "get_" + name, None)
@@ -193,17 +228,31 @@ class Handler(BaseHTTPRequestHandler):
         return {"time": "", "points": [p.described(now) for p in self.gateway.points
                                        if not device or f"{p.line}.{p.device}" == device]}
 
-    def get_events(self, query):
-        after, target = int(query.get("after", 0)), query.get("target", "")
+    def events_for(self, query):
+        after, target = int(query.get("after", 0)), query.get("device") or query.get("target", "")
         since = time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(int(query.get("since_ms", 0)) / 1000))
-        found = [e for e in self.gateway.events
-                 if e["seq"] > after and e["device_time"] >= since
-                 and (not target or target in (f"{e['line']}.{e['device']}", e["device"]))]
+        return [e for e in self.gateway.events
+                if e["seq"] > after and e["device_time"] >= since
+                and (not target or target in (f"{e['line']}.{e['device']}", e["device"]))
+                and query.get("kind", e["state"]) == e["state"] and query.get("priority", e["priority"]) == e["priority"]
+                and query.get("text", "").lower() in e["text"].lower()]
+
+    def get_events(self, query):
+        if self.options.no_events:
+            return self.problem(503, "Not available", "This gateway stores no events.")
+        found = self.events_for(query)
         page = found[:200]
-        return {"records": page, "next": page[-1]["seq"] if page else after, "more": len(found) > 200}
+        return {"records": page, "next": page[-1]["seq"] if page else int(query.get("after", 0)), "more": len(found) > 200}
+
+    def get_events_csv(self, query):
+        keys = ("seq", "receive_time", "device_time", "line", "device", "channel", "code", "state", "priority", "text")
+        rows = ["seq,receive_time_utc,device_time_utc,line,device,channel,code,kind,priority,text"]
+        rows += [",".join(str(e[key]) for key in keys) for e in self.events_for(query)]
+        self.answer("\n".join(rows).encode(), "text/csv")
 
     def get_alarms(self, query):
-        return {"records": self.gateway.alarms, "next": 0, "more": False}
+        alarms = [a for a in self.gateway.alarms if not self.options.no_events or a["name"] in OWN]
+        return {"records": alarms, "next": 0, "more": False, "worst": self.gateway.alarm_summary()["worst"]}
 
     def get_history(self, query):
         found = self.gateway.history(query["point"], int(query["since_ms"]), int(query["until_ms"]),
@@ -211,7 +260,11 @@ class Handler(BaseHTTPRequestHandler):
         return found or self.problem(404, "Not found", f"Values of {query['point']} are not recorded.")
 
     def get_history_csv(self, query):
-        self.answer(b"time,point,value,quality\n", "text/csv")
+        rows = ["time_utc,point,value,quality,quality_text,shown"]
+        for name in query["point"].split(","):
+            found = self.gateway.history(name, int(query["since_ms"]), int(query["until_ms"]), 60)
+            rows += [f"{row[0]},{name},{row[2]},192,good,{row[2]}" for row in found["rows"]]
+        self.answer("\n".join(rows).encode(), "text/csv")
 
     def get_map(self, query):
         return self.gateway.map_of(query["device"])
@@ -224,7 +277,8 @@ class Handler(BaseHTTPRequestHandler):
             f"  - name: {line['name']}\n    port: {line['port']}\n    protocol: {line['protocol']}\n    devices:\n"
             + "".join(f"      - {{ name: {d['name']}, address: {d['address']}, profile: {d['profile']} }}\n"
                       for d in line["devices"]) for line in self.gateway.status["lines"][:6])
-        return {"text": text, "file": "/etc/baudgate/baudgate.yaml", "confirm_until": None}
+        return {"text": text, "file": "/etc/baudgate/baudgate.yaml", **{
+            key: self.gateway.status_of()["configuration"][key] for key in ("confirm_until", "confirm_left_ms")}}
 
     def start_stream(self):
         self.close_connection = True
@@ -270,9 +324,12 @@ def main():
     parser.add_argument("--port", type=int, default=8502)
     parser.add_argument("--points", type=int, default=0)
     parser.add_argument("--token", default="")
+    parser.add_argument("--role", default="")
     parser.add_argument("--no-acknowledge", action="store_true")
+    parser.add_argument("--no-events", action="store_true")
     parser.add_argument("--no-history", action="store_true")
     Handler.options = parser.parse_args()
+    Handler.asked = []
     Handler.gateway = Gateway(Handler.options.points)
     Handler.streams = Streams(Handler.gateway)
     server = Server(("127.0.0.1", Handler.options.port), Handler)

@@ -11,10 +11,10 @@ import pathlib
 from browser import Browser
 
 VIEWS = {
-    "overview": ("overview", "Good points"),
+    "overview": ("overview", "Good values"),
     "device": ("device/bay-1.feeder-1", "current_l1"),
     "device-silent": ("device/bay-1.feeder-2", "has never answered"),
-    "line": ("line/bay-1", "idle"),
+    "line": ("line/bay-1", "Trace"),
     "alarms": ("alarms", "baudgate 0.1.0 has started"),
     "trends": ("trends?range=6h&points=io.ai-4.input_1,io.ai-4.input_2,panel.incomer.voltage_l1,panel.incomer.voltage_l2,"
                "panel.incomer.current_l1", "Maximum"),
@@ -35,7 +35,7 @@ def main():
         if options.only and name != options.only:
             continue
         for scheme in ("light", "dark"):
-            for width, height in ((1440, 900), (360, 760)):
+            for width, height in ((1440, 900), (390, 844)):
                 browser.colours(scheme)
                 browser.size(width, height)
                 browser.open(view)

@@ -100,12 +100,14 @@ class Mock:
         "io.ai-4.input_1", "io.ai-4.input_2", "panel.incomer.voltage_l1", "panel.incomer.current_l1"]
     ALARM = "breaker <img src=x onerror=alert(1)> tripped"
 
-    def __init__(self, points=0, token="", acknowledge=True, history=True):
+    def __init__(self, points=0, token="", acknowledge=True, history=True, **more):
         port = free_port()
         self.url = f"http://127.0.0.1:{port}"
         self.command = [sys.executable, HERE / "mock.py", "--port", str(port), "--points", str(points), "--token", token]
         self.command += [] if acknowledge else ["--no-acknowledge"]
         self.command += [] if history else ["--no-history"]
+        self.command += ["--role", more["role"]] if "role" in more else []
+        self.command += ["--no-events"] if more.get("events") is False else []
         self.start()
 
     def start(self):

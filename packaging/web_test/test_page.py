@@ -16,13 +16,16 @@ import traceback
 import figure_tests
 import live_tests
 import look_tests
+import operate_tests
+import overview_tests
 import reach_tests
 import trend_tests
+import value_tests
 from browser import Browser
 from common import numbers
 from stage import Gateway, LeftOut, Mock, Remote
 
-SUBJECTS = (live_tests, trend_tests, reach_tests, look_tests, figure_tests)
+SUBJECTS = (live_tests, overview_tests, value_tests, trend_tests, operate_tests, reach_tests, look_tests, figure_tests)
 
 
 class Context:

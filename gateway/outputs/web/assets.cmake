@@ -1,4 +1,4 @@
-# Packs the files of the page (all of gateway/outputs/web/page) and Debian's chart library, and builds them into the program.
+# Packs the files of the page (all of gateway/outputs/web/page), and builds them into the program.
 # baudgate_web_assets(VARIABLE): sets VARIABLE to the sources that contain them.
 function(baudgate_web_assets variable)
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/assets)
@@ -10,9 +10,6 @@ function(baudgate_web_assets variable)
   foreach(file IN LISTS own)
     list(APPEND files "/${file}|${CMAKE_CURRENT_SOURCE_DIR}/page/${file}")
   endforeach()
-  find_file(BAUDGATE_DYGRAPHS dygraph.min.js PATHS /usr/share/javascript/dygraphs REQUIRED NO_DEFAULT_PATH)
-  get_filename_component(dygraphs ${BAUDGATE_DYGRAPHS} DIRECTORY)
-  list(APPEND files "/chart.js|${dygraphs}/dygraph.min.js" "/chart.css|${dygraphs}/dygraph.min.css")
   set(blobs "")
   set(assembly "// Made by assets.cmake.\n  .section .rodata\n")
   set(externs "")

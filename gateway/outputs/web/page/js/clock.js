@@ -16,14 +16,16 @@ const moments = new WeakMap();
 
 /** Returns an element that shows the age of a time, and advances by itself. */
 export function age(at = null) {
-  const element = h('span', {class: 'age', 'data-age': ''});
+  const element = h('span', {class: 'age', 'data-age': 'never'});
   setAge(element, at);
   return element;
 }
 
-export function setAge(element, at) {
+/** `never` is shown if there is no time. */
+export function setAge(element, at, never = element.dataset.age) {
   moments.set(element, at);
-  setText(element, at === null || at === undefined ? 'never' : ageText(now() - at));
+  element.dataset.age = never;
+  setText(element, at === null || at === undefined ? never : ageText(now() - at));
 }
 
 setInterval(() => {

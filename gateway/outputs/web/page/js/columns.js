@@ -2,7 +2,7 @@
 // Table columns that several views use.
 import {age, setAge} from './clock.js';
 import {h, markedText, setText} from './dom.js';
-import {count} from './format.js';
+import {count, inWords} from './format.js';
 import {Bar, HourStrip} from './parts.js';
 
 /** A column with a shape and a word: of(item) returns [shape, word]. */
@@ -78,11 +78,11 @@ export const pressed = (title, text, press, of) => ({
   },
 });
 
-export const counted = (title, of) => ({title, class: 'num', text: (item) => count(of(item))});
+export const counted = (title, of, name = 'num') => ({title, class: name, text: (item) => count(of(item))});
 
 /** A column with the gateway's sentences about the item, one per line. */
 export const said = (title = 'Problem') =>
-  ({title, class: 'said', text: (thing) => [...(thing.trouble ? [thing.trouble] : []), ...thing.advice].join('\n')});
+  ({title, class: 'said', text: (thing) => [...(thing.trouble ? [thing.trouble] : []), ...thing.advice].map(inWords).join('\n')});
 
 /** Converts age_ms to a time of the gateway's clock; null: never. `heard`: the time when the status arrived. */
 export const heardAgo = (one) => (one.age_ms === null ? null : one.heard - one.age_ms);

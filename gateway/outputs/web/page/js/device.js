@@ -1,32 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
-// The view of one device: its points, counters, round trips, last exchanges and register map.
+// The view of one device: its values first; its communication and its register map are folded.
 import {get} from './api.js';
+import {allAlarms, unseen} from './alarm_bar.js';
 import {on} from './bus.js';
 import {age, now, setAge} from './clock.js';
 import {DataTable} from './data_table.js';
-import {h} from './dom.js';
+import {h, setText} from './dom.js';
 import {exchangeColumns, exchangesOf} from './exchanges.js';
-import {count, deviceAdvice, deviceTrouble, micros, named, okShare, percent, qualityKind} from './format.js';
+import {count, deviceAdvice, deviceTrouble, inWords, micros, named, okShare, percent, stateWord} from './format.js';
 import {histogram} from './histogram.js';
-import {alarmsLink, lineLink} from './links.js';
-import {crumbs, Facts, Headline, HourStrip, Problem, section, Sentences} from './parts.js';
+import {alarmsLink, lineLink, trendsLink} from './links.js';
+import {acknowledge, may, setInUse} from './operate.js';
+import {crumbs, Facts, folded, Headline, HourStrip, Problem, section, Sentences} from './parts.js';
 import {PointTable} from './point_table.js';
+import {inMaintenance} from './problems.js';
 import {repeat, watchStatus} from './status.js';
-import {matching, pointsOf, valueOf} from './store.js';
+import {kindOf, matching, pointsOf, valueOf} from './store.js';
 
 const shownExchanges = 20;
+
+const groups = {fast: 'Read fast', own: 'Read with a period of its own', slow: 'Read slowly', daily: 'Read daily', once: 'Read once',
+  write: 'Write only'};
+const groupOf = (point) => (point.write_only ? 'write' : point.group);
+
+/** Puts the groups of the profile one after the other, each below its heading. */
+function grouped(points) {
+  const found = Object.keys(groups).map((key) => [groups[key], points.filter((point) => groupOf(point) === key)]).filter(([, some]) => some.length);
+  const rest = points.filter((point) => !groups[groupOf(point)]);
+  if (found.length < 2) return points;
+  return [...rest, ...found.flatMap(([heading, some]) => [{heading}, ...some])];
+}
 
 function pointsPart(name, sought) {
   const table = new PointTable({full: false, label: `Points of ${name}`});
   const filter = h('input', {type: 'search', id: 'filter', placeholder: 'Filter', oninput: () => paint()});
   const marred = h('input', {type: 'checkbox', id: 'marred', onchange: () => paint()});
   const problem = new Problem();
+  const trend = h('a', {class: 'button', hidden: true});
   let points = [];
-  const paint = () => table.paint(matching(points, filter.value)
-      .filter((p) => !marred.checked || qualityKind(valueOf(p.id)?.quality ?? 0) !== 'good'));
+  const paint = () => table.paint(grouped(matching(points, filter.value)
+      .filter((p) => !marred.checked || ['bad', 'uncertain'].includes(kindOf(p, valueOf(p.id))))));
   const fetchPoints = () => pointsOf(name).then((found) => {
     points = found;
     problem.paint(null);
+    const kept = points.filter((point) => point.kept).slice(0, 8).map((point) => point.name);
+    trend.hidden = !kept.length;
+    trend.href = trendsLink({points: kept.join(), range: '1h'});
+    setText(trend, kept.length === 1 ? 'Trend' : `Trend of the first ${kept.length}`);
     paint();
     if (sought) table.reveal(sought);
     sought = '';
@@ -35,21 +55,26 @@ function pointsPart(name, sought) {
   fetchPoints();
   const controls = h('div', {class: 'controls no-print'},
       h('label', {class: 'hidden', for: 'filter'}, 'Filter the points'), filter,
-      h('label', {class: 'check'}, marred, 'Only points that are not good'));
-  return {element: section('Points', controls, problem.element, table.element), end: () => {
+      h('label', {class: 'check'}, marred, 'Only values that are not good'), trend);
+  return {element: section('Values', controls, problem.element, table.element), end: () => {
     end();
     table.end();
   }};
 }
 
+const codes = (list) => (list ? (list.length ? list.join(', ') : '–') : null);
+
 const mapColumns = [
   {title: 'Point', class: 'name', text: (r) => r.point},
   {title: 'Table', text: (r) => r.table},
   {title: 'Address', class: 'num', text: (r) => r.address},
+  {title: 'PLC', class: 'num', text: (r) => r.plc ?? '–'},
   {title: 'Registers', class: 'num', text: (r) => r.count},
+  {title: 'Read with', text: (r) => codes(r.read_functions) ?? '–'},
+  {title: 'Write with', text: (r) => codes(r.write_functions) ?? '–'},
   {title: 'Type', text: (r) => r.type},
-  {title: 'Unit', text: (r) => r.unit},
-  {title: 'Access', text: (r) => r.access},
+  {title: 'Unit', text: (r) => r.unit || '–'},
+  {title: 'Access', text: (r) => inWords(r.access.replace('_', ', '))},
 ];
 
 function mapPart(name) {
@@ -57,7 +82,6 @@ function mapPart(name) {
     caption: `Registers of ${name}`, empty: 'No point of this device is on Modbus.'});
   const unit = h('p');
   const problem = new Problem();
-  const details = h('details', {class: 'map'}, h('summary', {}, 'Register map'), problem.element, unit, table.element);
   let asked = null;
   const fetchMap = () => (asked ||= get('map', {device: name}).then((map) => {
     unit.textContent = map.unit === null ? 'Not on Modbus.'
@@ -67,15 +91,16 @@ function mapPart(name) {
     asked = null;
     problem.paint(error);
   }));
-  details.addEventListener('toggle', () => details.open && fetchMap());
   const print = h('button', {type: 'button', class: 'no-print', onclick: async () => {
     await fetchMap();
-    details.open = true;
     document.body.classList.add('print-map');
     window.print();
     document.body.classList.remove('print-map');
-  }}, 'Print the register map');
-  return {element: details, print};
+  }}, 'Print');
+  const details = folded('Register map', problem.element, unit, print, table.element);
+  details.classList.add('map');
+  details.addEventListener('toggle', () => details.open && fetchMap());
+  return details;
 }
 
 function facts(device, labels, answered, strip) {
@@ -84,11 +109,11 @@ function facts(device, labels, answered, strip) {
   setAge(answered, device.age_ms === null ? null : now() - device.age_ms);
   const failed = Object.entries(outcomes).filter(([name, n]) => name !== 'ok' && n > 0);
   return [
-    ['Answered', answered],
-    ['Last exchange', device.last_outcome],
-    ['Exchanges', count(device.exchanges)],
+    [device.unasked ? 'Last message' : 'Answered', answered],
+    ['Last exchange', inWords(device.last_outcome)],
+    [device.unasked ? 'Messages' : 'Exchanges', count(device.exchanges)],
     ['OK', percent(okShare(device))],
-    ['Exchanges not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
+    ['Exchanges not OK', failed.map(([name, n]) => `${inWords(name)} ${count(n)}`).join(', ') || 'none'],
     ['Last hour', strip.element],
     ['Outages, last hour', count(hour.outages)],
     ...named(labels).map(([title, text]) => [title, text(device)]),
@@ -96,6 +121,25 @@ function facts(device, labels, answered, strip) {
     ['Points', `${device.points.good} good, ${device.points.uncertain} uncertain, ${device.points.bad} bad`],
     ['Learned', device.learned || 'as configured'],
   ];
+}
+
+/** The buttons of people who may operate the device. */
+function actions(name) {
+  let use = true;
+  let waiting = [];
+  const toggle = h('button', {type: 'button', hidden: true, onclick: () => setInUse(name, !use)});
+  const seen = h('button', {type: 'button', hidden: true, onclick: () => acknowledge(waiting)});
+  const refresh = () => allAlarms().then((alarms) => {
+    waiting = alarms.filter((alarm) => `${alarm.line}.${alarm.device}` === name && unseen(alarm)).map((alarm) => alarm.seq);
+    seen.hidden = !waiting.length || !may('acknowledge');
+    setText(seen, waiting.length === 1 ? 'Acknowledge its alarm' : `Acknowledge its ${waiting.length} alarms`);
+  }, () => {});
+  refresh();
+  return {elements: [seen, toggle], ends: [on('alarms', refresh), on('acted', refresh)], paint: (device) => {
+    use = device.state !== 'disabled';
+    toggle.hidden = !may('disable');
+    setText(toggle, use ? 'Disable …' : 'Enable …');
+  }};
 }
 
 export function device(root, name, parameters) {
@@ -110,29 +154,31 @@ export function device(root, name, parameters) {
   const strip = new HourStrip();
   const chart = histogram();
   const points = pointsPart(name, parameters.point);
-  const map = mapPart(name);
+  const acts = actions(name);
   const exchanges = new DataTable({columns: exchangeColumns(false), key: (e) => e.key,
     caption: `Last exchanges of ${name}`, empty: 'No exchange yet.'});
-  const last = section('Last exchanges', exchanges.element);
+  const communication = folded('Communication', figures.element, h('h3', {}, 'Last exchanges'), exchanges.element,
+      h('h3', {}, 'Round trips'), chart.element);
   root.append(crumbs(['Overview', '#/overview'], [line, lineLink(line)]), headline.element, about, problem.element,
-      advice.element, h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({device: name})}, 'Events of this device'),
-          h('button', {type: 'button', onclick: () => last.scrollIntoView()}, 'Go to the last exchanges'), map.print),
-      figures.element, points.element, last,
-      section('Round trips', chart.element), map.element);
-  const ends = [points.end,
+      advice.element, h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({device: name})}, 'Events of this device'), acts.elements),
+      points.element, communication, mapPart(name));
+  const ends = [points.end, ...acts.ends,
     watchStatus(name, (status) => {
       const mine = status.lines[0].devices[0];
+      const resting = inMaintenance(mine, status.lines[0]);
       problem.paint(null);
-      headline.paint(deviceTrouble(mine).shape, `${name}: ${mine.state}`);
-      about.textContent = `${mine.protocol}, address ${mine.address}, profile ${mine.profile}`
-        + (mine.unit === null ? ', not on Modbus' : `, Modbus unit ${mine.unit}`);
-      advice.paint([...(mine.trouble ? [{kind: 'bad', text: mine.trouble}] : []), ...deviceAdvice(status.lines[0], mine)]);
+      headline.paint(resting ? 'off' : deviceTrouble(mine).shape, `${name}: ${stateWord(mine)}`);
+      setText(about, `${mine.protocol}, address ${mine.address}, profile ${mine.profile}`
+        + (mine.unit === null ? ', not on Modbus' : `, Modbus unit ${mine.unit}`));
+      advice.paint([...(mine.trouble ? [{kind: 'bad', text: mine.trouble}] : []),
+        ...deviceAdvice(status.lines[0], mine).map((text) => ({kind: resting ? 'off' : text.startsWith('note:') ? 'info' : 'warn', text}))]);
+      acts.paint(mine);
       figures.paint(facts(mine, status.labels.device, answered, strip));
       chart.paint(mine.round_trips);
     }, (error) => problem.paint(error)),
-    repeat(() => get('recorded', {line, device: short}), ({records}) => {
-      exchanges.paint(exchangesOf(records).slice(-shownExchanges).reverse());
-    }, () => {}, 3000),
+    repeat(() => (communication.open ? get('recorded', {line, device: short}) : Promise.resolve(null)), (answer) => {
+      if (answer) exchanges.paint(exchangesOf(answer.records).slice(-shownExchanges).reverse());
+    }, () => {}, 1500),
   ];
   return () => ends.forEach((end) => end());
 }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// How the page writes numbers, times, qualities and states.
+import {shownTime} from './zone.js';
 
 const grouped = new Intl.NumberFormat('en');
 
@@ -7,12 +9,24 @@ export const plural = (n, one, many = `${one}s`) => `${count(n)} ${n === 1 ? one
 
 export function ageText(ms) {
   const s = Math.max(0, ms) / 1000;
-  if (s < 10) return `${s.toFixed(1)} s`;
   if (s < 120) return `${Math.floor(s)} s`;
   if (s < 7200) return `${Math.floor(s / 60)} min`;
   if (s < 172800) return `${Math.floor(s / 3600)} h`;
   return `${Math.floor(s / 86400)} d`;
 }
+
+/** Makes "a, b and c" of names, and of many names the first ones and their number. */
+export function listed(names, most = 4) {
+  const some = names.length > most ? [...names.slice(0, most - 1), `${names.length - most + 1} more`] : names;
+  return some.length < 2 ? some.join() : `${some.slice(0, -1).join(', ')} and ${some.at(-1)}`;
+}
+
+const identifiers = new RegExp('\\b(no|line|not|never)_(reply|down|sent|seen)\\b', 'g');
+
+const isoTimes = /\b\d{4}-\d\d-\d\dT[\d:.]+Z/g;
+
+/** Makes words of the gateway's identifiers of outcomes ("no reply" of "no_reply"), and shown times of its times. */
+export const inWords = (text) => (text || '').replace(identifiers, '$1 $2').replace(isoTimes, (time) => civilSeconds(time));
 
 export function percent(share) {
   if (share === null || share === undefined || Number.isNaN(share)) return '–';
@@ -40,11 +54,10 @@ export function bytes(n) {
   return n < 1e9 ? `${(n / 1e6).toFixed(1)} MB` : `${(n / 1e9).toFixed(2)} GB`;
 }
 
-/** Formats a time, as the gateway writes it or in milliseconds, as "2026-11-27 01:12:09.908". */
+/** Writes a time, given as the gateway writes it or in milliseconds, in the shown zone: "2026-11-27 01:12:09.908". */
 export function civil(time) {
-  if (time === null || time === undefined || time === '') return '–';
-  const text = typeof time === 'number' ? new Date(time).toISOString() : time;
-  return text.replace('T', ' ').replace(/Z$/, '');
+  const ms = typeof time === 'number' ? time : Date.parse(time || '');
+  return Number.isNaN(ms) ? '–' : shownTime(ms).replace('T', ' ');
 }
 
 export const civilSeconds = (time) => civil(time).replace(/\.\d+$/, '');
@@ -55,13 +68,16 @@ export function valueText(value) {
   return String(value);
 }
 
+/** A number of a chart with six significant digits. */
+export const rounded = (value) => (value === undefined || value === null ? '–' : String(Number(value.toPrecision(6))));
+
 /** Returns good, uncertain or bad for a quality word (docs/modbus.md). */
 export function qualityKind(quality) {
   const low = quality & 0xc0;
   return low === 0xc0 ? 'good' : low === 0x40 ? 'uncertain' : 'bad';
 }
 
-export const qualityMark = {good: 'fine', uncertain: 'warn', bad: 'bad'};
+export const qualityMark = {good: 'fine', uncertain: 'warn', bad: 'bad', none: 'off'};
 
 const deviceStates = {
   offline: ['bad', 0],
@@ -73,7 +89,7 @@ const deviceStates = {
 
 /** The shape of a device's state, and its rank among troubles: the smaller, the worse. */
 export function deviceTrouble(device) {
-  const [shape, rank] = deviceStates[device.state] || ['info', 3];
+  const [shape, rank] = device.maintenance ? deviceStates.disabled : deviceStates[device.state] || ['info', 3];
   const marred = rank === 5 && (device.advice.length > 0 || device.trouble !== '');
   return {shape: marred ? 'info' : shape, rank: marred ? 3 : rank};
 }
@@ -87,7 +103,8 @@ export function lineTrouble(line) {
 
 export function lineState(line) {
   if (line.stuck_since) return 'stuck';
-  return line.echo_lost_since ? `${line.port_state}, no echo` : line.port_state;
+  if (line.port_state === 'released') return 'in maintenance: port lent';
+  return `port ${line.port_state}${line.echo_lost_since ? ', no echo' : ''}`;
 }
 
 /**
@@ -96,7 +113,17 @@ export function lineState(line) {
 export const deviceAdvice = (line, device) =>
   (device.advice.length || line.port_state === 'open' ? device.advice : line.advice);
 
+/** The state of a device in words; a device in maintenance is no failure. */
+export const stateWord = (device) => device.state_text || device.state;
+
+/** A share of the last minute; a dash until there is a whole minute, and where a line only listens. */
+export function shareText(line, share, uptime) {
+  const listens = line.devices.length > 0 && line.devices.every((device) => device.unasked);
+  return uptime < 60e3 || listens ? '–' : `${Math.round(share * 100)} %`;
+}
+
 /** The share of the last hour in which a device answered; a dash if it was not polled. */
 export const hourShare = ({answered, failed, availability}) => (answered + failed ? percent(availability) : '–');
 
-export const okShare = (device) => (device.exchanges ? device.outcomes.ok / device.exchanges : null);
+/** The share of good exchanges; null without exchanges, and for a device that only sends: it has no failed ones to compare. */
+export const okShare = (device) => (device.exchanges && !device.unasked ? device.outcomes.ok / device.exchanges : null);

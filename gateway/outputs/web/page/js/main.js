@@ -3,17 +3,20 @@
 import {startAlarmBar} from './alarm_bar.js';
 import {emit, on} from './bus.js';
 import {h, setText} from './dom.js';
+import * as favourites from './favourites.js';
 import {showLink, showNotices} from './link_bar.js';
 import {parse} from './links.js';
 import {startSearch} from './search.js';
 import {askSession, lockWhenIdle, logOut, session, showLogin} from './session.js';
 import {start, stop} from './stream.js';
+import {isUtc, setUtc} from './zone.js';
 
 /**
  * Each view's title (empty: not in the list on top) and module. The module's function with the name of the view shows the
  * view, and returns the function that ends the view.
  */
 const views = {
+  favourites: ['Favourites', () => import('./favourites.js')],
   overview: ['Overview', () => import('./overview.js')],
   device: ['', () => import('./device.js')],
   line: ['', () => import('./line.js')],
@@ -25,11 +28,32 @@ const views = {
 const byId = (id) => document.getElementById(id);
 const main = byId('main');
 let endView = () => {};
+let current = null;  // {view, thing, moved} of a view that follows its address by itself
 let begun = false;
 let shown = 0;
+let name = '';
+let waiting = 0;
+
+function paintTitle() {
+  document.title = `${waiting ? `(${waiting}) ` : ''}${name} – ${session.gateway || 'baudgate'}`;
+}
+
+/** The view that the address names; without a name the favourites, if there are any. */
+function addressed() {
+  const found = parse(location.hash);
+  return found.view ? found : {...found, view: favourites.list().length ? 'favourites' : 'overview'};
+}
+
+const menu = byId('menu');
+function closeMenu() {
+  menu.setAttribute('aria-expanded', 'false');
+}
 
 async function show(moved) {
-  const {view, thing} = parse(location.hash);
+  const {view, thing, parameters} = addressed();
+  closeMenu();
+  if (current && moved && current.view === view && current.thing === thing) return current.moved(parameters);
+  current = null;
   const mine = ++shown;
   endView();
   endView = () => {};
@@ -41,14 +65,17 @@ async function show(moved) {
     if (here) link.setAttribute('aria-current', 'page');
     else link.removeAttribute('aria-current');
   }
-  document.title = `${views[view]?.[0] || thing || 'baudgate'} – ${session.gateway || 'baudgate'}`;
+  name = views[view]?.[0] || thing || 'baudgate';
+  paintTitle();
   if (!Object.hasOwn(views, view)) {
     main.append(h('h1', {tabindex: '-1'}, 'This page has no such view: use a link of the menu'), h('p', {}, h('a', {href: '#/overview'}, 'Overview')));
   } else {
     const module = await views[view][1]().catch(() => null);
     if (mine !== shown) return;
     if (!module) return emit('notice', 'A part of the page cannot be loaded: reload the page.');
-    endView = module[view](main, thing, parse(location.hash).parameters);
+    const made = module[view](main, thing, parameters);
+    endView = made.end || made;
+    if (made.moved) current = {view, thing, moved: made.moved};
   }
   if (moved && document.activeElement !== byId('query')) main.querySelector('h1')?.focus();
   scrollTo(0, 0);
@@ -59,10 +86,14 @@ function login() {
   stop();
   endView();
   endView = () => {};
+  current = null;
   document.body.dataset.link = 'login';
   byId('alarm-bar').hidden = true;
   byId('logout').hidden = true;
   byId('search').hidden = true;
+  waiting = 0;
+  name = 'Log in';
+  paintTitle();
   showLogin(main, begin);
 }
 
@@ -79,7 +110,7 @@ function beginOnce() {
 }
 
 async function begin() {
-  const {view} = parse(location.hash);
+  const {view} = addressed();
   if (Object.hasOwn(views, view)) views[view][1]().catch(() => {});
   try {
     await askSession();
@@ -93,13 +124,21 @@ async function begin() {
   setText(byId('about'), `baudgate ${session.version || ''}`);
   if (session.needs_token && !session.logged_in) return login();
   byId('logout').hidden = !session.needs_token;
-  byId('logout').title = session.user ? `Logged in as ${session.user} (${session.role})` : '';
+  setText(byId('user'), session.user ? `${session.user}, ${session.role}` : '');
+  byId('user').hidden = !session.user;
   byId('search').hidden = false;
   show(false);
   start();
   beginOnce();
 }
 
+menu.addEventListener('click', () => menu.setAttribute('aria-expanded', String(menu.getAttribute('aria-expanded') !== 'true')));
+const zone = byId('zone');
+const local = new Intl.DateTimeFormat().resolvedOptions().timeZone || 'local';
+zone.append(h('option', {value: 'local', selected: !isUtc()}, 'Local time'), h('option', {value: 'utc', selected: isUtc()}, 'UTC'));
+zone.addEventListener('change', () => setUtc(zone.value === 'utc'));
+const sayZone = () => setText(byId('zone-said'), isUtc() ? 'All times are UTC.' : `All times are local times of this browser (${local}).`);
+sayZone();
 byId('views').append(...Object.entries(views).filter(([, [title]]) => title).map(([name, [title]]) => h('a', {href: `#/${name}`}, title)));
 startAlarmBar(byId('alarm-bar'));
 showLink(byId('link'), byId('lost'));
@@ -111,8 +150,21 @@ byId('skip').addEventListener('click', (event) => {
 });
 const end = () => logOut().then(login, (error) => emit('notice', error.message));
 byId('logout').addEventListener('click', end);
+const paintFavourites = () => {
+  byId('views').firstChild.hidden = !favourites.list().length;
+};
+paintFavourites();
+on('favourites', paintFavourites);
 addEventListener('hashchange', () => session.gateway !== undefined && show(true));
 on('login', login);
+on('zone', () => {
+  sayZone();
+  show(false);
+});
+on('unacknowledged', (n) => {
+  waiting = n;
+  paintTitle();
+});
 on('reload', () => askSession().catch(() => {}));
 on('link', async ({state, before}) => {
   if (state !== 'live' || before !== 'lost') return;

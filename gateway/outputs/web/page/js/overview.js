@@ -1,93 +1,173 @@
 // SPDX-License-Identifier: Apache-2.0
-// The view of the gateway's, the lines' and the devices' state, trouble first.
-import {now} from './clock.js';
-import {aged, barred, counted, heardAgo, lastHour, linked, marked, said} from './columns.js';
+// The first view: one list of problems, worst first, then what is in maintenance, then the lines that work.
+import {allAlarms, priorityMark} from './alarm_bar.js';
+import {on} from './bus.js';
+import {age, now, setAge} from './clock.js';
+import {linked} from './columns.js';
 import {DataTable} from './data_table.js';
-import {count, deviceAdvice, deviceTrouble, lineState, lineTrouble, micros, okShare, percent, plural} from './format.js';
+import {h, mark, setMark, setText} from './dom.js';
+import {ageText, civilSeconds, count, lineTrouble, plural, shareText} from './format.js';
 import {deviceLink, lineLink} from './links.js';
-import {Headline, Problem, section, Sentences} from './parts.js';
+import {acknowledge, confirmTrial, endLoan, may, pressable, revertTrial, setInUse} from './operate.js';
+import {Headline, Problem, section} from './parts.js';
+import {inMaintenance, maintenanceOf, problemsOf} from './problems.js';
 import {watchStatus} from './status.js';
 
-const lineColumns = [
-  marked('Port', (line) => [lineTrouble(line).shape, lineState(line)]),
-  linked('Line', (line) => [line.name, lineLink(line.name)]),
-  said(),
-  barred('Use', (line) => [line.use, `${Math.round(line.use * 100)} %`]),
-  counted('Exchanges', (line) => line.exchanges),
-  counted('No reply', (line) => line.outcomes.no_reply),
-  counted('Damaged', (line) => line.outcomes.corrupt + line.outcomes.partial),
-  {title: 'Online', class: 'num', text: (line) => {
-    const online = line.devices.filter((d) => d.state === 'online' || d.state === 'degraded').length;
-    return `${online} of ${line.devices.length}`;
+/** The word for a problem without an alarm. */
+const words = {bad: 'fault', new: 'fault', warn: 'warning', info: 'hint'};
+
+function rank(made, one) {
+  const kind = one.over ? 'info' : one.priority ? priorityMark[one.priority] : one.kind;
+  setMark(made.shape, kind === 'new' ? 'bad' : kind);
+  setText(made.word, one.priority || words[one.kind]);
+}
+
+function paintProblem(made, one) {
+  setText(made.subject, one.subject);
+  made.subject.href = one.href;
+  setText(made.word, [one.word, one.over ? 'over, not acknowledged' : ''].filter(Boolean).join(', '));
+  setText(made.cause, [one.cause, one.with].filter(Boolean).join('; '));
+  setText(made.remedy, one.remedy);
+  setText(made.more, one.more.join('\n'));
+  for (const part of [made.word, made.remedy, made.more]) part.hidden = !part.textContent;
+}
+
+const problemColumns = [
+  {title: 'Priority', class: 'prio', make: (cell) => {
+    const made = {shape: mark('bad'), word: h('span')};
+    cell.append(h('span', {class: 'marked'}, made.shape, made.word));
+    return made;
+  }, paint: rank},
+  {title: 'Problem', class: 'trouble', make: (cell) => {
+    const made = {subject: h('a'), word: h('span', {class: 'word'}), cause: h('span', {class: 'cause'}),
+      remedy: h('span', {class: 'remedy'}), more: h('span', {class: 'more'})};
+    cell.append(h('span', {class: 'subject'}, made.subject, made.word), made.cause, made.remedy, made.more);
+    return made;
+  }, paint: paintProblem},
+  {title: 'Since', class: 'since', make: (cell) => cell.appendChild(age()), paint: (element, one) => {
+    setAge(element, one.since, '');
+    element.title = one.since === null ? '' : civilSeconds(Math.round(one.since));
+  }},
+  {title: 'Acknowledge', class: 'action no-print', make: (cell) => {
+    const made = {numbers: []};
+    made.button = pressable('Acknowledge', () => made.numbers, acknowledge, {class: 'small'});
+    cell.append(made.button);
+    return made;
+  }, paint: (made, one) => {
+    made.numbers = one.waiting;
+    made.button.hidden = !one.waiting.length || !may('acknowledge');
+    made.button.setAttribute('aria-label', `Acknowledge ${one.subject}: ${one.cause}`);
   }},
 ];
 
-const deviceColumns = [
-  marked('State', (device) => [deviceTrouble(device).shape, device.state]),
-  linked('Device', (device) => [device.full, deviceLink({line: device.line, device: device.name})]),
-  said(),
-  aged('Answered', heardAgo),
-  {title: 'OK', class: 'num', text: (device) => percent(okShare(device))},
-  lastHour('Last hour'),
-  {title: 'Mean round trip', class: 'num', text: (device) => micros(device.round_trips.mean_us)},
-  {title: 'Good points', class: 'num', text: ({points}) => `${points.good} of ${points.count}`},
+const maintenanceColumns = [
+  linked('What', (one) => [one.subject, one.href]),
+  {title: 'Why', class: 'said', text: (one) => one.text + (one.until ? ` until ${civilSeconds(one.until)}` : '')},
+  {title: 'Act', class: 'action no-print', make: (cell) => {
+    const made = {};
+    made.button = pressable('', () => made.one, (one) => (one.line ? endLoan(one.line) : setInUse(one.device, true)), {class: 'small'});
+    cell.append(made.button);
+    return made;
+  }, paint: (made, one) => {
+    made.one = one;
+    setText(made.button, one.line ? 'End the loan' : 'Enable');
+    made.button.setAttribute('aria-label', `${made.button.textContent}: ${one.subject}`);
+    made.button.hidden = !may(one.line ? 'release' : 'disable');
+  }},
 ];
 
-/** Returns the advice about the parts of the gateway that are not lines. */
-export function gatewayAdvice(status) {
-  const parts = [['DDS', status.dds], ['Events', status.events], ['History', status.history],
-    ['Configuration', status.configuration], ['Audit', status.audit]];
-  const list = parts.flatMap(([from, part]) => (part ? part.advice : []).map((text) => ({kind: 'warn', from, text})));
-  for (const one of status.modbus.closed) {
-    for (const text of one.advice) list.push({kind: 'bad', from: `Modbus ${one.listener}`, text});
-  }
-  for (const one of status.modbus.masters) {
-    for (const text of one.advice) list.push({kind: 'warn', from: `Master on ${one.port}`, text});
-  }
-  for (const route of status.modbus.routes) {
-    for (const text of route.advice) list.push({kind: 'warn', from: `Route ${route.units}`, text});
-  }
-  return list;
+const lineColumns = [
+  linked('Line', (line) => [line.name, lineLink(line.name)]),
+  {title: 'Devices', class: 'chips', make: (cell) => {
+    const made = {list: h('span', {class: 'chip-list'}), note: h('span', {class: 'about'}), signature: ''};
+    cell.append(made.list, made.note);
+    return made;
+  }, paint: (made, line) => {
+    const names = line.well.map((d) => d.name);
+    if (made.signature !== names.join()) {
+      made.signature = names.join();
+      made.list.replaceChildren(...names.map((name) => h('a', {href: deviceLink({line: line.name, device: name})}, name)));
+    }
+    const others = line.devices.length - line.well.length;
+    setText(made.note, line.devices.length ? (others ? `and ${count(others)} above` : '') : 'routes only');
+  }},
+  {title: 'Use', class: 'num', text: (line) => line.useText},
+  {title: 'Good values', class: 'num', text: (line) => {
+    const [good, all] = line.devices.reduce(([a, b], d) => [a + (d.points.good || 0), b + (d.points.count || 0)], [0, 0]);
+    return all ? `${count(good)} of ${count(all)}` : '–';
+  }},
+];
+
+function health(status, list) {
+  const devices = status.lines.flatMap((line) => line.devices.map((device) => ({device, line})));
+  const active = devices.filter(({device, line}) => !inMaintenance(device, line));
+  const silent = active.filter(({device}) => device.state === 'offline' || device.state === 'never seen').length;
+  const rest = devices.length - active.length;
+  const said = [
+    list.length && plural(list.length, 'problem'),
+    silent && `${count(silent)} of ${plural(active.length, 'device')} ${silent === 1 ? 'does' : 'do'} not answer`,
+    !silent && active.length && `${plural(active.length, 'device')} ${active.length === 1 ? 'answers' : 'answer'}`,
+    rest && `${count(rest)} in maintenance`,
+  ].filter(Boolean);
+  if (!devices.length && !list.length) return ['info', 'There are no devices in the configuration'];
+  const kind = list.some((one) => one.kind === 'bad' && !one.over) ? 'bad' : list.length ? 'warn' : 'fine';
+  return [kind, `${list.length ? '' : 'All is well: '}${said.join(', ')}`];
 }
 
-function health(status, devices) {
-  const silent = devices.filter((d) => d.state === 'offline' || d.state === 'never seen').length;
-  const degraded = devices.filter((d) => d.state === 'degraded').length;
-  const closed = status.lines.filter((l) => l.port_state === 'closed').length;
-  const lent = status.lines.filter((l) => l.port_state === 'released').length;
-  const active = status.events ? status.events.alarms.active : 0;
-  const are = (n, one, many) => `${count(n)} ${n === 1 ? one : many}`;
-  const bad = [
-    silent && `${are(silent, `of ${plural(devices.length, 'device')} does`, `of ${plural(devices.length, 'device')} do`)} not answer`,
-    closed && are(closed, 'port is closed', 'ports are closed'),
-    degraded && are(degraded, 'device is degraded', 'devices are degraded'),
-    lent && are(lent, 'line is lent', 'lines are lent'),
-    active && are(active, 'alarm is active', 'alarms are active'),
-  ].filter(Boolean);
-  if (bad.length) return [silent || closed ? 'bad' : 'warn', bad.join(', ')];
-  if (!devices.length) return ['info', 'There are no devices in the configuration'];
-  return ['fine', `All is well: ${are(devices.length, 'device answers', 'devices answer')}`];
+/** The trial of a configuration, with the time that is left. */
+export function trialPart() {
+  const left = h('strong');
+  const buttons = [h('button', {type: 'button', onclick: confirmTrial}, 'Confirm'), h('button', {type: 'button', onclick: revertTrial}, 'Take back')];
+  const element = h('p', {class: 'trial', hidden: true}, mark('warn'), h('span', {}, 'This configuration is on trial. The previous one comes back in ',
+      left, ' unless somebody confirms this one', may('confirm') ? '.' : ' (`baudgate confirm`).'), may('confirm') ? buttons : null);
+  let until = null;
+  const tick = () => until !== null && setText(left, ageText(until - now()));
+  const timer = setInterval(tick, 500);
+  return {element, end: () => clearInterval(timer), paint: (configuration) => {
+    until = configuration?.confirm_until ? Date.parse(configuration.confirm_until) : null;
+    element.hidden = until === null;
+    tick();
+  }};
 }
 
 export function overview(root) {
   const headline = new Headline('Overview');
-  const problem = new Problem();
-  const advice = new Sentences();
-  const lines = new DataTable({columns: lineColumns, key: (l) => l.name, caption: 'Lines, trouble first',
-    rowClass: (l) => `rank-${lineTrouble(l).shape}`});
-  const devices = new DataTable({columns: deviceColumns, key: (d) => d.full, caption: 'Devices, trouble first',
-    rowClass: (d) => `rank-${deviceTrouble(d).shape}`});
-  root.append(headline.element, problem.element, advice.element, section('Lines', lines.element),
-      section('Devices', devices.element));
-  return watchStatus('', (status) => {
-    problem.paint(null);
-    const heard = now();
-    const all = status.lines.flatMap((line) => line.devices.map((device) =>
-      ({...device, line: line.name, full: `${line.name}.${device.name}`, advice: deviceAdvice(line, device), heard})));
-    headline.paint(...health(status, all));
-    advice.paint(gatewayAdvice(status));
-    // Sorting is stable: within one rank the order of the configuration remains.
-    lines.paint([...status.lines].sort((a, b) => lineTrouble(a).rank - lineTrouble(b).rank));
-    devices.paint(all.sort((a, b) => deviceTrouble(a).rank - deviceTrouble(b).rank));
-  }, (error) => problem.paint(error));
+  const failure = new Problem();
+  const trial = trialPart();
+  const problems = new DataTable({columns: problemColumns, key: (one) => one.key, caption: 'Problems, worst first', empty: 'No problems.',
+    rowClass: (one) => `problem-row rank-${one.over ? 'info' : one.priority ? priorityMark[one.priority] : one.kind}`});
+  const maintenance = new DataTable({columns: maintenanceColumns, key: (one) => one.key, caption: 'In maintenance'});
+  const lines = new DataTable({columns: lineColumns, key: (line) => line.name, caption: 'Lines that work', empty: 'No line works without a problem.'});
+  const maintained = section('In maintenance', maintenance.element);
+  const working = section('Devices that work', lines.element);
+  maintained.hidden = true;
+  root.append(headline.element, failure.element, trial.element, h('div', {class: 'problems'}, problems.element), maintained, working);
+  let status = null;
+  let alarms = [];
+  const paint = () => {
+    if (!status) return;
+    const list = problemsOf(status, alarms);
+    const marred = new Set(list.filter((one) => one.key.startsWith('device ')).map((one) => one.subject));
+    failure.paint(null);
+    headline.paint(...health(status, list));
+    trial.paint(status.configuration);
+    problems.paint(list);
+    const out = maintenanceOf(status);
+    maintained.hidden = !out.length;
+    maintenance.paint(out);
+    lines.paint(status.lines.filter((line) => line.port_state === 'open' && lineTrouble(line).shape !== 'bad').map((line) => ({...line,
+      useText: shareText(line, line.use, status.uptime_ms),
+      well: line.devices.filter((d) => !inMaintenance(d, line) && !marred.has(`${line.name}.${d.name}`)
+        && d.state !== 'offline' && d.state !== 'never seen')})).filter((line) => line.well.length || !line.devices.length));
+  };
+  const refresh = () => allAlarms().then((list) => {
+    alarms = list;
+    paint();
+  }, () => {});
+  refresh();
+  const ends = [trial.end, on('alarms', refresh), on('acted', refresh), watchStatus('', (found) => {
+    status = found;
+    paint();
+  }, (error) => failure.paint(error))];
+  return () => ends.forEach((end) => end());
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import {h, mark, setMark, setText, svg} from './dom.js';
-import {hourShare} from './format.js';
+import {hourShare, inWords} from './format.js';
+import {recall, remember} from './memory.js';
 
 /** A list of named figures; paint([[title, text], …]) updates it. */
 export class Facts {
@@ -42,7 +43,7 @@ export class Sentences {
       this.element.replaceChildren(...items.map(({kind, from, href}, i) => h('li', {}, mark(kind),
           h('span', {}, from ? h(href ? 'a' : 'strong', {href}, from) : null, from ? ': ' : null, this.texts[i]))));
     }
-    for (const [i, item] of items.entries()) setText(this.texts[i], item.text);
+    for (const [i, item] of items.entries()) setText(this.texts[i], inWords(item.text));
     this.element.hidden = !items.length;
   }
 }
@@ -70,6 +71,10 @@ export class Headline {
     this.element = h('h1', {tabindex: '-1'}, this.shape, this.text);
   }
 
+  name(text) {
+    setText(this.text, text);
+  }
+
   paint(kind, text) {
     this.shape.style.display = '';
     setMark(this.shape, kind);
@@ -81,6 +86,13 @@ export const crumbs = (...links) => h('nav', {class: 'crumbs', 'aria-label': 'Yo
     links.map(([text, href], i) => [i ? ' › ' : '', h('a', {href}, text)]));
 
 export const section = (title, ...content) => h('section', {'aria-label': title}, h('h2', {}, title), content);
+
+/** A part that is folded until the user opens it; the browser remembers that. */
+export function folded(title, ...content) {
+  const element = h('details', {class: 'folded', open: recall(`open ${title}`, false), ontoggle: () => remember(`open ${title}`, element.open)},
+      h('summary', {}, h('h2', {}, title)), content);
+  return element;
+}
 
 export function select(label, options, value, change) {
   const element = h('select', {onchange: () => change(element.value)},

@@ -3,59 +3,50 @@
 import {on} from './bus.js';
 import {age, setAge} from './clock.js';
 import {h, mark, setClass, setMark, setText} from './dom.js';
-import {qualityKind, qualityMark, valueText} from './format.js';
-import {deviceLink} from './links.js';
-import * as picked from './picked.js';
-import {valueOf} from './store.js';
+import {star} from './favourites.js';
+import {qualityMark} from './format.js';
+import {deviceLink, trendsLink} from './links.js';
+import {may, write} from './operate.js';
+import {session} from './session.js';
+import {Spark, lastHour} from './spark.js';
+import {beyond, kindOf, limitsOf, shownOf, valueOf, writable} from './store.js';
 
 /**
  * Up to this number of points all rows exist, so that the points of a device can be printed. The limit for all points is
  * smaller, because search results change with every letter.
  */
 const plainLimit = {device: 400, all: 40};
+const numeric = (point) => point.type !== 'bool' && !point.type.startsWith('string');
 
 class Row {
-  constructor() {
+  constructor(watch) {
+    this.star = star();
     this.name = h('a', {class: 'point-name'});
-    this.description = h('span', {class: 'point-text'});
-    this.value = document.createTextNode('');
+    this.description = h('span');
+    this.whole = document.createTextNode('');
+    this.part = h('span', {class: 'fraction'});
+    this.limit = h('span', {class: 'beyond'});
     this.unit = document.createTextNode('');
+    this.spark = new Spark();
+    this.trend = h('a', {class: 'trend'}, this.spark.element);
     this.shape = mark('fine');
     this.quality = document.createTextNode('');
     this.age = age();
-    this.plus = h('button', {type: 'button', class: 'small', onclick: () => this.pick()});
-    const cell = (name, ...content) => h('div', {role: 'cell', class: name}, content);
-    this.element = h('div', {role: 'row', class: 'point-row'},
-        cell('p-name', this.name), cell('p-text', this.description), cell('p-value', this.value),
-        cell('p-unit', this.unit), cell('p-quality', this.shape, h('span', {}, this.quality)),
-        cell('p-age', this.age), cell('p-plus', this.plus));
+    this.act = h('button', {type: 'button', class: 'small', onclick: () => write(this.point)}, 'Write');
+    this.cell = (name, ...content) => h('div', {role: 'cell', class: name}, content);
+    this.value = this.cell('p-value', this.whole, this.part);
+    this.cells = [this.cell('p-star', this.star.element), this.cell('p-name', this.name), this.cell('p-text', this.description), this.value,
+      this.cell('p-unit', this.unit), this.cell('p-spark', this.trend), this.cell('p-quality', this.shape, h('span', {}, this.quality, this.limit)),
+      this.cell('p-age', this.age), this.cell('p-act', this.act)];
+    this.element = h('div', {role: 'row', class: 'point-row'}, this.cells);
     this.point = null;
     this.index = -1;
-  }
-
-  pick() {
-    picked.toggle(this.point.name);
-    this.paintPick();
-  }
-
-  paintPick() {
-    const is = picked.has(this.point.name);
-    const text = is ? '− Trend' : '+ Trend';
-    setText(this.plus, text);
-    setClass(this.plus, is ? 'small on' : 'small');
-    this.plus.setAttribute('aria-label', `${text}: ${this.point.name}`);
+    this.visible = false;
+    watch.observe(this.element);
   }
 
   show(point, index, full) {
-    if (this.point !== point) {
-      this.point = point;
-      this.element.removeAttribute('aria-current');
-      setText(this.name, full ? point.name : point.point);
-      if (full) this.name.href = deviceLink(point, point.point);
-      setText(this.description, point.description || '');
-      this.unit.data = point.unit || '';
-      this.paintPick();
-    }
+    if (this.point !== point) this.take(point, full);
     if (this.index !== index) {
       this.index = index;
       this.element.setAttribute('aria-rowindex', index + 2);
@@ -63,46 +54,120 @@ class Row {
     this.paint();
   }
 
+  take(point, full) {
+    this.point = point;
+    this.element.removeAttribute('aria-current');
+    if (point.heading) {
+      setText(this.name, point.heading);
+      this.name.removeAttribute('href');
+      setClass(this.element, 'point-row heading');
+      this.element.replaceChildren(this.cells[1]);
+      return;
+    }
+    if (this.element.children.length === 1) this.element.replaceChildren(...this.cells);
+    this.star.paint(point.name);
+    setText(this.name, full ? point.name : point.point);
+    this.name.href = full ? deviceLink(point, point.point) : trendsLink({points: point.name, range: '1h'});
+    if (!full && (!numeric(point) || point.write_only)) this.name.removeAttribute('href');
+    setText(this.description, point.description || '');
+    this.description.title = point.description || '';
+    this.unit.data = point.unit || '';
+    this.limits = limitsOf(point);
+    this.trend.hidden = !point.kept;
+    this.trend.href = trendsLink({points: point.name, range: '1h'});
+    this.trend.title = ['Last hour', ...this.limits.map((limit) => limit.text)].join('\n');
+    this.trend.setAttribute('aria-label', `Trend of ${point.name}`);
+    this.act.hidden = !writable(point) || !may('write');
+    this.act.setAttribute('aria-label', `Write ${point.name}`);
+    this.spark.clear();
+    this.look();
+  }
+
+  /** Requests the small curve while the row is visible. */
+  look() {
+    const {point} = this;
+    if (!this.visible || !point?.kept || !session.history) return;
+    lastHour(point.name, (hour) => this.point === point && this.spark.paint(hour, this.limits), () => this.visible && this.point === point);
+  }
+
   paint() {
-    const live = valueOf(this.point.id);
+    const live = !this.point.heading && valueOf(this.point.id);
     if (!live) return;
-    const kind = qualityKind(live.quality);
-    const value = valueText(live.value);
-    if (this.value.data !== value) this.value.data = value;
+    const kind = kindOf(this.point, live);
+    const text = shownOf(live) || '–';
+    const dot = typeof live.value === 'number' ? text.indexOf('.') : -1;
+    const whole = dot < 0 ? text : text.slice(0, dot);
+    const part = dot < 0 ? '' : text.slice(dot);
+    if (this.whole.data !== whole) this.whole.data = whole;
+    setText(this.part, part);
+    setClass(this.value, `p-value${typeof live.value === 'number' && text !== '–' && !this.point.states ? '' : ' word'}`);
+    const raw = live.value === null ? '' : `raw value ${live.value}`;
+    if (this.value.title !== raw) this.value.title = raw;
+    const passed = beyond(this.point, live);
+    setText(this.limit, passed ? `, ${passed.text}` : '');
     if (this.quality.data !== live.text) this.quality.data = live.text;
-    setMark(this.shape, qualityMark[kind]);
+    setMark(this.shape, passed ? 'warn' : qualityMark[kind]);
     setClass(this.element, `point-row ${kind}`);
-    setAge(this.age, live.at);
+    setAge(this.age, live.at, this.point.write_only ? '–' : 'never');
   }
 }
 
+/** Columns of the table: [title, class, key of the order]. */
+const columns = [['', 'star'], ['Point', 'name', 'name'], ['Description', 'text'], ['Value', 'value', 'value'], ['Unit', 'unit'],
+  ['Last hour', 'spark'], ['Quality', 'quality', 'quality'], ['Age', 'age', 'age'], ['', 'act']];
+
 export class PointTable {
-  /** If `full` is true, rows show LINE.DEVICE.POINT, else POINT. */
-  constructor({full, label}) {
+  /** If `full` is true, rows show LINE.DEVICE.POINT, else POINT. sorted(key) is called when the user presses a header. */
+  constructor({full, label, sorted = null}) {
     this.full = full;
     this.points = [];
     this.rows = [];
     this.places = new Map();
+    this.heads = new Map();
+    this.watch = new IntersectionObserver((entries) => {
+      for (const {target, isIntersecting} of entries) {
+        const row = this.rows.find((one) => one.element === target);
+        if (!row) continue;
+        row.visible = isIntersecting;
+        row.look();
+      }
+    });
     this.spacer = h('div', {role: 'rowgroup', class: 'point-rows'});
-    const head = ['Point', 'Description', 'Value', 'Unit', 'Quality', 'Age', 'Trend'];
-    const names = ['name', 'text', 'value', 'unit', 'quality', 'age', 'plus'];
+    const head = ([title, name, key]) => {
+      const content = sorted && key ? h('button', {type: 'button', class: 'sort', onclick: () => sorted(key)}, title)
+        : title || h('span', {class: 'hidden'}, name === 'star' ? 'Favourite' : 'Write');
+      const cell = h('div', {role: 'columnheader', class: `p-${name}`}, content);
+      if (key) this.heads.set(key, cell);
+      return cell;
+    };
     this.table = h('div', {role: 'table', 'aria-label': label, class: `points${full ? ' full' : ''}`},
-        h('div', {role: 'rowgroup', class: 'point-head'}, h('div', {role: 'row', class: 'point-row', 'aria-rowindex': 1},
-            head.map((title, i) => h('div', {role: 'columnheader', class: `p-${names[i]}`}, title)))),
+        h('div', {role: 'rowgroup', class: 'point-head'}, h('div', {role: 'row', class: 'point-row', 'aria-rowindex': 1}, columns.map(head))),
         this.spacer);
     this.element = h('div', {class: 'point-box', onscroll: () => this.soon()}, this.table);
     this.resized = new ResizeObserver(() => this.layout());
     this.resized.observe(this.element);
-    this.ends = [on('values', (ids) => this.changed(ids)), () => this.resized.disconnect()];
+    const timer = setInterval(() => document.hidden || this.rows.forEach((row) => row.look()), 60e3);
+    this.ends = [on('values', (ids) => this.changed(ids)), () => this.resized.disconnect(), () => this.watch.disconnect(),
+      () => clearInterval(timer)];
   }
 
   end() {
     for (const end of this.ends) end();
   }
 
+  /** Marks the column by which the points are sorted. */
+  order(by, down) {
+    for (const [key, cell] of this.heads) {
+      if (key === by) cell.setAttribute('aria-sort', down ? 'descending' : 'ascending');
+      else cell.removeAttribute('aria-sort');
+    }
+  }
+
+  /** points may contain headings, {heading: text}. */
   paint(points) {
     this.points = points;
     this.table.setAttribute('aria-rowcount', points.length + 1);
+    this.table.classList.toggle('acts', may('write') && points.some(writable));
     this.element.scrollTop = 0;
     this.layout();
   }
@@ -121,7 +186,7 @@ export class PointTable {
     const seen = Math.ceil((this.element.clientHeight || innerHeight) / this.height) + 4;
     const size = many ? Math.min(seen, this.points.length) : this.points.length;
     while (this.rows.length < size) {
-      const row = new Row();
+      const row = new Row(this.watch);
       this.rows.push(row);
       this.spacer.append(row.element);
     }
@@ -150,7 +215,7 @@ export class PointTable {
       const moved = row.index !== index || !many;
       row.show(this.points[index], index, this.full);
       if (moved) row.element.style.transform = many ? `translateY(${index * this.height}px)` : '';
-      this.places.set(this.points[index].id, row);
+      if (!this.points[index].heading) this.places.set(this.points[index].id, row);
     }
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search box: typing shows the matching points, Escape returns to the view before.
+// The search box: typing shows the matching lines, devices and points, Enter opens the first, Escape returns to the view before.
 import {emit} from './bus.js';
 import {parse, pointsLink, replace} from './links.js';
 
@@ -8,13 +8,13 @@ export function startSearch(form, input) {
   let asked = 0;
   const search = () => {
     asked = 0;
-    const {view} = parse(location.hash);
+    const {view, parameters} = parse(location.hash);
     if (view === 'points') {
-      replace(pointsLink(input.value));
+      replace(pointsLink({...parameters, q: input.value}));
       emit('search', input.value);
     } else if (input.value) {
       before = location.hash || '#/overview';
-      location.hash = pointsLink(input.value);
+      location.hash = pointsLink({q: input.value});
     }
   };
   input.addEventListener('input', () => {
@@ -23,6 +23,7 @@ export function startSearch(form, input) {
   form.addEventListener('submit', (event) => {
     event.preventDefault();
     search();
+    if (input.value) setTimeout(() => emit('open'));
   });
   input.addEventListener('keydown', (event) => {
     if (event.key !== 'Escape') return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Past values: fetches them, puts them on one grid of times for a chart, and summarises them.
+// Past values: fetches and summarises them.
 import {address, get} from './api.js';
 import {recordedSeries} from './recorder.js';
 import {session} from './session.js';
@@ -10,50 +10,22 @@ export function fetchSeries(point, since, until, pixels) {
   return get('history', {point, since_ms: Math.round(since), until_ms: Math.round(until), pixels});
 }
 
-export const csvLink = (point, since, until) =>
-  address('history.csv', {point, since_ms: Math.round(since), until_ms: Math.round(until)});
-
-/**
- * Returns the rows of a chart: [t, [min, mean, max] or a hole, …]. A series has a hole if its next row comes more than one
- * step later.
- */
-export function onOneGrid(list) {
-  const hole = [null, null, null];
-  const grid = new Map();
-  list.forEach((series, column) => {
-    const put = (t, triple) => {
-      let row = grid.get(t);
-      if (!row) {
-        row = [t, ...list.map(() => hole)];
-        grid.set(t, row);
-      }
-      row[column + 1] = triple;
-    };
-    let last = null;
-    for (const [t, min, mean, max] of series.rows) {
-      if (last !== null && t - last > 1.5 * series.step_ms) put(last + series.step_ms, hole);
-      put(t, mean === null ? hole : [min, mean, max]);
-      last = t;
-    }
-  });
-  return [...grid.values()].sort((a, b) => a[0] - b[0]);
-}
+export const csvLink = (points, since, until) =>
+  address('history.csv', {point: points.join(), since_ms: Math.round(since), until_ms: Math.round(until)});
 
 /** If the good share of a step is smaller, the value was not always good. The difference to 1 allows for rounding. */
 const wholeShare = 0.995;
 
 /** Returns the spans [from, until] in which a value was not always good. A step that ends after `end` is not counted. */
-export function doubtful(list, end) {
+export function doubtful(series, end) {
   const spans = [];
-  for (const series of list) {
-    let open = null;
-    for (const [t, , , , good] of series.rows) {
-      if (good < wholeShare && t + series.step_ms <= end) {
-        if (open && t - open[1] <= series.step_ms) open[1] = t + series.step_ms;
-        else spans.push(open = [t, t + series.step_ms]);
-      } else {
-        open = null;
-      }
+  let open = null;
+  for (const [t, , , , good] of series.rows) {
+    if (good < wholeShare && t + series.step_ms <= end) {
+      if (open && t - open[1] <= series.step_ms) open[1] = t + series.step_ms;
+      else spans.push(open = [t, t + series.step_ms]);
+    } else {
+      open = null;
     }
   }
   return spans;

@@ -54,6 +54,9 @@ export function repeat(ask, use, fail, period) {
     if (state !== 'live') return;
     again = asking;
     round();
+  }), on('acted', () => {
+    again = asking;
+    round();
   })];
   const shown = () => document.hidden || round();
   document.addEventListener('visibilitychange', shown);

@@ -3,23 +3,25 @@
 import {get} from './api.js';
 import {emit, on} from './bus.js';
 import {now} from './clock.js';
+import {qualityKind, valueText} from './format.js';
 
-/** id → {value, quality, text, at}: `at` is the gateway's time of the reading in milliseconds, or null. */
+/** id → {value, shown, quality, text, at}: `at` is the gateway's time of the reading in milliseconds, or null. */
 const values = new Map();
 let described = null;  // promise of all points
 let dirty = new Set();
 let asked = false;
 let generation = null;
 
-function keep(id, value, quality, text, at) {
+function keep(id, value, quality, text, at, shown) {
   const known = values.get(id);
   if (known) {
     known.value = value;
     known.quality = quality;
     known.text = text;
     known.at = at;
+    known.shown = shown;
   } else {
-    values.set(id, {value, quality, text, at});
+    values.set(id, {value, quality, text, at, shown});
   }
 }
 
@@ -41,8 +43,8 @@ export function take(data, whole) {
     generation = data.generation;
     values.clear();
   }
-  for (const [id, value, quality, text, at] of data.values) {
-    keep(id, value, quality, text, at);
+  for (const [id, value, quality, text, at, shown] of data.values) {
+    keep(id, value, quality, text, at, shown);
     dirty.add(id);
   }
   tellSoon();
@@ -50,13 +52,27 @@ export function take(data, whole) {
 
 export const valueOf = (id) => values.get(id);
 
+/** The text of a value, as the gateway shows it; empty: there is none. */
+export const shownOf = ({value, shown}) => shown ?? (value === null ? '' : valueText(value));
+
+/** good, uncertain or bad; none: the point can only be written. */
+export const kindOf = (point, live) => (point.write_only ? 'none' : qualityKind(live?.quality ?? 0));
+
+export const writable = (point) => point.access === 'write' || point.access === 'read_write';
+
+/** The limit that a good value has passed, if any. */
+export function beyond(point, live) {
+  if (typeof live.value !== 'number' || kindOf(point, live) !== 'good') return null;
+  return limitsOf(point).find(({side, value}) => (side === 'above' || side === 'max' ? live.value > value : live.value < value)) || null;
+}
+
 function adopt(answer) {
   for (const point of answer.points) {
     point.name = `${point.line}.${point.device}.${point.point}`;
     point.haystack = `${point.name} ${point.description || ''}`.toLowerCase();
     if (!values.has(point.id)) {
       const at = point.age_ms === null ? null : now() - point.age_ms;
-      keep(point.id, point.value, point.quality, point.quality_text, at);
+      keep(point.id, point.value, point.quality, point.quality_text, at, point.shown);
     }
   }
   return answer.points;
@@ -77,11 +93,19 @@ export function allPoints() {
   return described;
 }
 
+/** The limits of a point and the thresholds of its events: [{value, text}]. */
+export const limitsOf = (point) => (!point ? [] : [
+  ...(point.events || []).map(({on: side, value, alarm}) => ({value, side, alarm, text: `${side} ${value}${alarm && alarm !== 'off' ? `: alarm, ${alarm}` : ''}`})),
+  ...['min', 'max'].filter((key) => typeof point[key] === 'number').map((key) => ({value: point[key], side: key, text: `${key} ${point[key]}`})),
+]);
+
 export const pointsOf = (device) => get('points', {device}).then(adopt);
+
+export const wordsOf = (text) => text.toLowerCase().split(/\s+/).filter(Boolean);
 
 /** Returns the points whose name or description contains every word of the text. */
 export function matching(points, text) {
-  const words = text.toLowerCase().split(/\s+/).filter(Boolean);
+  const words = wordsOf(text);
   if (!words.length) return points;
   return points.filter((point) => words.every((word) => point.haystack.includes(word)));
 }

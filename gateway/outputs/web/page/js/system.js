@@ -7,7 +7,7 @@ import {DataTable} from './data_table.js';
 import {h, setText} from './dom.js';
 import {ageText, bytes, civilSeconds, count, named} from './format.js';
 import {Facts, Headline, Problem, section, Sentences} from './parts.js';
-import {gatewayAdvice} from './overview.js';
+import {gatewayProblems} from './problems.js';
 import {watchStatus} from './status.js';
 
 const last = aged('Last', heardAgo);
@@ -109,7 +109,7 @@ function configurationPart() {
   };
 }
 
-export function system(root) {
+export function system(root, _, {at}) {
   const headline = new Headline('System');
   const problem = new Problem();
   const advice = new Sentences();
@@ -124,15 +124,19 @@ export function system(root) {
   const masters = new DataTable({columns: masterColumns, key: (m) => m.port, caption: 'Serial masters',
     empty: 'There are no serial masters.'});
   const configuration = configurationPart();
+  const keptPart = section('Records on the disk', kept.element);
   root.append(headline.element, problem.element, advice.element, figures.element, section('Modbus clients', clients.element),
       routesPart, section('Serial masters', masters.element),
-      h('div', {class: 'side-by-side'}, section('DDS', dds.element), section('Records on the disk', kept.element)),
+      h('div', {class: 'side-by-side'}, section('DDS', dds.element), keptPart),
       configuration.element);
+  let sought = {routes: routesPart, masters: masters.element, records: keptPart, configuration: configuration.element}[at];
   return watchStatus('', (status) => {
     const heard = now();
     problem.paint(null);
-    advice.paint(gatewayAdvice(status));
-    headline.paint(gatewayAdvice(status).length ? 'warn' : 'fine', `${status.gateway}: baudgate ${status.version}`);
+    const wrong = gatewayProblems(status);
+    advice.paint(wrong.flatMap(({kind, subject, cause, remedy, more}) =>
+      [{kind, from: subject, text: [cause, remedy].filter(Boolean).join('. ')}, ...more.map((text) => ({kind, from: subject, text}))]));
+    headline.paint(wrong.length ? 'warn' : 'fine', `${status.gateway}: baudgate ${status.version}`);
     figures.paint([['Running for', ageText(status.uptime_ms)], ['Clock of the gateway', civilSeconds(status.time)],
       ['Lines', count(status.lines.length)], ['Devices', count(status.lines.reduce((n, l) => n + l.devices.length, 0))]]);
     clients.paint(status.modbus.clients.map((c) => ({...c, heard})));
@@ -146,5 +150,7 @@ export function system(root) {
     dds.paint(ddsFacts(status.dds));
     kept.paint(keptFacts(status));
     configuration.paint(status.configuration);
+    sought?.scrollIntoView();
+    sought = null;
   }, (error) => problem.paint(error));
 }

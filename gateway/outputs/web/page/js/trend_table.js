@@ -1,62 +1,59 @@
 // SPDX-License-Identifier: Apache-2.0
-// The legend of trends: the line style of each point, and its figures.
-import {pressed} from './columns.js';
+// The figures of trends: a row for each curve.
+import {linked, pressed} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, setText, svg} from './dom.js';
-import {civilSeconds, valueText} from './format.js';
+import {civilSeconds, rounded} from './format.js';
+import {deviceLink} from './links.js';
 import {dashes} from './plot.js';
 import * as picked from './picked.js';
-import {csvLink, rowAt, summary} from './series.js';
-import {session} from './session.js';
+import {rowAt, summary} from './series.js';
 
-const short = (value) => (value === undefined || value === null ? '–' : valueText(Number(value.toPrecision(6))));
-
-function sample(cell) {
-  const line = svg('path', {d: 'M0 4h36'});
-  const picture = svg('svg', {'viewBox': '0 0 36 8', 'aria-hidden': 'true'}, line);
-  cell.append(picture);
-  return {picture, line};
+/** A piece of a curve's line, as the chart draws it. */
+export function sample(number) {
+  const line = svg('path', {d: 'M0 4h28', 'stroke-dasharray': (dashes[number] || []).join(' ')});
+  return svg('svg', {'viewBox': '0 0 28 8', 'aria-hidden': 'true', class: `sample series-${number}`}, line);
 }
 
 export function trendTable() {
   let time = null;
   let shown = [];
   const columns = [
-    {title: 'Line', class: 'sample', make: sample, paint: ({picture, line}, {number}) => {
-      picture.setAttribute('class', `series-${number}`);
-      line.setAttribute('stroke-dasharray', (dashes[number] || []).join(' '));
+    {title: 'Curve', class: 'sample-cell', make: () => ({}), paint: (made, {number}, cell) => {
+      if (made.number !== number) cell.replaceChildren(sample(number));
+      made.number = number;
     }},
-    {title: 'Point', class: 'said', text: (one) => one.series.point + (one.failure ? `\n${one.failure}` : '')},
-    {title: 'Unit', text: (one) => one.series.unit},
+    linked('Point', ({series: {point}}) => {
+      const [line, device, ...rest] = point.split('.');
+      return [point, deviceLink({line, device}, rest.join('.'))];
+    }, 'name own-line'),
+    {title: 'Unit', text: (one) => one.series.unit || '–'},
     {title: 'At the cursor', class: 'num', text: (one) => {
       const row = time === null ? null : rowAt(one.series, time);
       if (!row) return '–';
-      return row[1] === row[3] ? short(row[2]) : `${short(row[2])} (${short(row[1])} … ${short(row[3])})`;
+      return row[1] === row[3] ? rounded(row[2]) : `${rounded(row[2])} (${rounded(row[1])} … ${rounded(row[3])})`;
     }},
-    {title: 'Minimum', class: 'num', text: (one) => short(one.sum?.min)},
-    {title: 'Mean', class: 'num', text: (one) => short(one.sum?.mean)},
-    {title: 'Maximum', class: 'num', text: (one) => short(one.sum?.max)},
-    {title: 'Last', class: 'num', text: (one) => short(one.sum?.last)},
-    {title: 'File', class: 'no-print', make: (cell) => cell.appendChild(h('a', {download: ''}, 'CSV')), paint: (a, one) => {
-      a.hidden = !session.history || Boolean(one.failure);
-      a.href = csvLink(one.series.point, one.from, one.until);
-      a.setAttribute('aria-label', `CSV of ${one.series.point}`);
-    }},
+    {title: 'Minimum', class: 'num', text: (one) => rounded(one.sum?.min)},
+    {title: 'Mean', class: 'num', text: (one) => rounded(one.sum?.mean)},
+    {title: 'Maximum', class: 'num', text: (one) => rounded(one.sum?.max)},
+    {title: 'Last', class: 'num', text: (one) => rounded(one.sum?.last)},
+    {title: 'Remark', class: 'remark', text: (one) => one.failure || ''},
     pressed('Remove', 'Remove', picked.toggle, (one) => ({value: one.series.point, label: `Remove ${one.series.point}`})),
   ];
   const table = new DataTable({columns, key: (one) => one.series.point, caption: 'Points of the chart',
-    empty: 'No points are chosen: add some above, or with “+ Trend” beside a point.'});
+    empty: 'No points are chosen: add some above, or click the small curve beside a value.'});
   const cursor = h('p', {class: 'about'});
+  const legend = h('p', {class: 'about'}, 'Band: minimum to maximum. Strip below the axis: not every value was good. Gap: no values.');
   return {
-    element: h('div', {class: 'trend-table'}, cursor, table.element,
-        h('p', {class: 'about'}, 'Band: minimum to maximum. Hatched: not every value was good. Gap: no values.')),
-    paint(list, from, until) {
-      shown = list.map((one) => ({...one, from, until, sum: summary(one.series)}));
+    element: h('div', {class: 'trend-table'}, cursor, table.element, legend),
+    paint(list) {
+      shown = list.map((one) => ({...one, sum: summary(one.series)}));
       table.paint(shown);
+      legend.hidden = !list.length;
     },
     point(at) {
       time = at;
-      setText(cursor, at === null ? '' : `Cursor at ${civilSeconds(at)}`);
+      setText(cursor, at === null ? '' : `Cursor at ${civilSeconds(Math.round(at))}`);
       table.paint(shown);
     },
   };

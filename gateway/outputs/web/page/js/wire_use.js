@@ -38,8 +38,10 @@ const kinds = [
   ['drains', 'waiting for silence after exchanges'],
 ];
 
-export function minuteOf(line) {
-  const rows = kinds.map(([key, name]) => ({name, share: line.minute[key]}));
+/** The use of the last whole minute; without numbers until there is one. */
+export function minuteOf(line, uptime) {
+  const known = uptime >= windowMs;
+  const rows = kinds.map(([key, name]) => ({name, share: known ? line.minute[key] : null}));
   const idle = 1 - rows.reduce((sum, row) => sum + row.share, 0);
-  return [...rows, {name: 'idle', share: Math.max(0, idle)}];
+  return [...rows, {name: 'idle', share: known ? Math.max(0, idle) : null}];
 }
