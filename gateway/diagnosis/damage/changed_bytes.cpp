@@ -144,7 +144,7 @@ std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
   return std::nullopt;
 }
 
-/// True if the reply is complete when `missing` bytes of this value are inserted, at any places
+/// True if the reply is complete when `missing` bytes of this value are inserted, at any positions
 /// from `from` on.
 bool IsWholeWith(const Hearing& hearing, const Bytes& heard, std::uint8_t byte, std::size_t missing,
                  std::size_t from) {
@@ -159,8 +159,8 @@ bool IsWholeWith(const Hearing& hearing, const Bytes& heard, std::uint8_t byte, 
   return false;
 }
 
-/// True if the reply is complete when the byte is inserted at every second place, as if it were the
-/// high byte of registers with similar values.
+/// True if the reply is complete when the byte is inserted at every second position, as if it were
+/// the high byte of registers with similar values.
 bool IsWholeWithEverySecond(const Hearing& hearing, View heard, std::uint8_t byte,
                             std::size_t missing) {
   const std::size_t size = heard.size() + missing;
@@ -177,7 +177,7 @@ bool IsWholeWithEverySecond(const Hearing& hearing, View heard, std::uint8_t byt
 }
 
 /// True if the reply is complete when one XON and one XOFF are inserted. `side_by_side`: only at
-/// neighbouring places, because a long reply has too many other pairs of places.
+/// neighbouring positions, because a long reply has too many other pairs of positions.
 bool IsWholeWithBoth(const Hearing& hearing, View heard, bool side_by_side) {
   const std::size_t farthest = side_by_side ? 0 : heard.size();
   for (std::size_t at = 0; at <= heard.size(); ++at) {
