@@ -41,7 +41,8 @@ void VisitFields(const HistoryPoint*, Visit visit) {
   visit(Key{"log", "all: every reading", "changes, all, off", "changes"});
   visit(Field<&HistoryPoint::every>());
   visit(Field<&HistoryPoint::deadband>{
-      .help = "smaller changes are not stored, in units of the value", .fallback = "the point's"});
+      .help = "a change up to this size is not stored; in the unit of the value",
+      .fallback = "the point's"});
   visit(Field<&HistoryPoint::max_gap>{
       "max_gap", "an unchanged value is stored again after this time", 1s, 24h});
 }

@@ -155,7 +155,8 @@ void VisitFields(const Device*, Visit visit) {
   visit(Key{"event_alarms",
             "priorities of rows of the profile's table of events: { \"2E17\": high }",
             "high, medium, low, off"});
-  visit(Key{"ratios", "how much 1 of a unit is at this device: { xIn: 400 A }"});
+  visit(
+      Key{"ratios", "what one unit is worth at this device: with { xIn: 400 A } one xIn is 400 A"});
   visit(
       Key{"write",
           "which points may be written; a Modbus client also needs a listener that permits writes",

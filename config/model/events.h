@@ -62,8 +62,8 @@ void VisitFields(const PointEvent*, Visit visit) {
   visit(Field<&PointEvent::value>{.help = "limit for above and below",
                                   .fallback = "required with above and below"});
   visit(Field<&PointEvent::hysteresis>{
-      .help = "above ends at value - hysteresis, below at value + hysteresis; change: a change of "
-              "this size or less is ignored"});
+      .help = "on: above ends at value - hysteresis, on: below at value + hysteresis; on: change "
+              "ignores a change up to this size"});
   visit(Field<&PointEvent::delay>{
       "delay", "time that the condition must last before the event begins or ends", 0ms, 24h});
   visit(Field<&PointEvent::text>{.help = "text of the event, in place of the default"});

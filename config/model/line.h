@@ -44,8 +44,8 @@ template <typename Visit>
 void VisitFields(const PortServer*, Visit visit) {
   visit(Field<&PortServer::at>{.help = "address and TCP port of this machine",
                                .fallback = kRequired});
-  visit(Field<&PortServer::mode>{
-      .help = "raw: bytes unchanged; rfc2217: telnet, with which a client can also set the port"});
+  visit(Field<&PortServer::mode>{.help = "raw: bytes unchanged; rfc2217: telnet, by which a client "
+                                         "can also set bit rate and format"});
   visit(Field<&PortServer::allow>{
       .help = "addresses and networks that may connect; required unless at is a loopback address",
       .fallback = "everybody"});

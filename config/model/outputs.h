@@ -166,7 +166,8 @@ void VisitFields(const Listener*, Visit visit) {
   visit(Field<&Listener::roles>{
       .help = "tls only: rights of the roles in the clients' certificates; see modbus.md",
       .fallback = "viewer: read, operator: write, engineer: write"});
-  visit(Field<&Listener::allow>{.help = "networks whose clients may connect; everybody: no warning",
+  visit(Field<&Listener::allow>{.help = "networks whose clients may connect; the word everybody "
+                                        "permits all clients without a warning",
                                 .fallback = "everybody"});
   visit(Key{"permit", "read: functions 1-4; data: 1-6, 15 and 16", "read, data, all", "all"});
   visit(Key{"write", "deny means permit: read", "allow, deny", "allow"});

@@ -280,7 +280,7 @@ void VisitFields(const Point*, Visit visit) {
   visit(Field<&Point::jump>{
       .help = "largest change from the last reading that needs no second reading"});
   visit(Field<&Point::recheck>{.help = "as at a device", .fallback = "the device's"});
-  visit(Field<&Point::deadband>{.help = "smaller changes are not published"});
+  visit(Field<&Point::deadband>{.help = "a change up to this size is not published"});
   visit(Field<&Point::events>{.help = "an event, or a list of them, below"});
   visit(
       Field<&Point::simulate>{.help = "what a simulated device answers: a value, or [low, high]"});

@@ -120,10 +120,10 @@ void VisitFields(const Pace*, Visit visit) {
   visit(Field<&Pace::retries>{
       "retries", "how often a failed exchange is repeated before its poll is given up", 0, 10});
   visit(Field<&Pace::recheck>{
-      .help = "which readings need a second reading: none, those that differ by more than the "
-              "point's jump, all",
-      .fallback =
-          "jump if replies have no checksum or an 8-bit sum and the line has no parity, else off"});
+      .help = "which values are read twice: none (off), those that differ by more than the point's "
+              "jump (jump), all (always)",
+      .fallback = "jump if the line has no parity, and replies have no checksum or an 8-bit sum; "
+                  "else off"});
   visit(Field<&Pace::timing>{.help = "a map of named times, below"});
 }
 

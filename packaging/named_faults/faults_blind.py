@@ -114,7 +114,7 @@ BLIND = family(
     Fault("eighth bit since 12 s", "spa ascii", m.dies_at(12, m.sends(m.eighth_bit)), "eighth bit", "7E1|7O1|serial server", "gap|power", line="TCP"),
     Fault("digits flip", "dcon0", m.sends(flipped_digit), "changed when they were read again", "checksum", OTHER),
     Fault("one FF behind", "rtu ascii dcon spa", m.sends(m.behind(b"\xff")), "", "", well=True),
-    Fault("the server ends each connection after 3.3 s", "rtu set", m.well, "ended the connection", "the server allows", "gap|bit rate", "alone beside", line="TCP", drops=(3.3, 0)),
+    Fault("the server ends each connection after 3.3 s", "rtu set", m.well, "ended the connection", "limit of connections at the server", "gap|bit rate", "alone beside", line="TCP", drops=(3.3, 0)),
     Fault("two strange bytes before some replies", "rtu spa", m.sends(lambda x: (bytes([0x35 + x.number % 7, 0x9D]) if x.number % 5 < 2 else b"") + x.reply), "stray bytes come before", "bias|terminat|ground", "gap|power"),
     Fault("addresses that do not come", "dcon", m.well, "no address|another module", "data_address: false", OTHER, device="data_address: true"),
     Fault("it refuses what it gave", "rtu", m.dies_at(12, m.sends(m.exception(2))), "answered before", "another device|restart", OTHER),

@@ -376,7 +376,7 @@ class SpaConversation final : public Conversation {
     if (sends_wildcard_) say("it sends XX instead of checksums");
     if (const char reading = checksum_.letter()) {
       say(std::string(
-              "the checksum of its replies in several lines has form (continuation_checksum) ") +
+              "its replies in several lines have a checksum of the form (continuation_checksum) ") +
           reading);
     }
     return text;

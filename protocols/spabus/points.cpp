@@ -125,8 +125,8 @@ std::vector<ConfigRemark> DoubtsOf(const config::Device& device) {
     const auto item = WriteAddress(point);
     if (!item || item->category != 'O') continue;
     doubts.push_back({i, "can be written: " + FormatAddress(*item) +
-                             " is an output of a protection relay, and a write may trip a breaker; "
-                             "name only the needed points in `write` of the device, and set "
+                             " is an output of a protection relay, so a write may trip a breaker. "
+                             "Name only the needed points in `write` of the device, and set "
                              "permit: read at listeners that need not write"});
   }
   return doubts;

@@ -13,7 +13,7 @@ constexpr std::size_t kFlappingMinutes = 5;
 
 std::string Change(const protocols::DeviceTrouble& was, const protocols::DeviceTrouble& is) {
   if (is || (!was && !is.text.empty())) return is.text;
-  if (!was) return "this is no longer so: " + was.text;
+  if (!was) return "this trouble is over: " + was.text;
   const std::string over = "the configured device answers again";
   return is.text.empty() ? over : over + "; " + is.text;
 }

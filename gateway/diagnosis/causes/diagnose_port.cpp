@@ -139,8 +139,8 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
   }
   if (ends.alike >= kThrice && ends.age > Duration()) {
     return fmt::format(
-        "each connection lasted about {:.1f} s: raise the time that the server allows for a "
-        "connection, or end the other client that takes the connection",
+        "each connection lasted about {:.1f} s: raise the time limit of connections at the server, "
+        "or end its other client",
         Seconds(ends.age));
   }
   if (in_use) {

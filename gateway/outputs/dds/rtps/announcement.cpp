@@ -173,7 +173,7 @@ Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender) {
   }
   const std::span named(said.metatraffic.data(), said.metatraffic_count);
   const auto own = std::ranges::find(named, sender.address, &UdpAddress::address);
-  if (own == named.end()) return Error{"an announcement without the address that it came from"};
+  if (own == named.end()) return Error{"an announcement that does not name its sender's address"};
   announcement.at = *own;
   announcement.role = RoleOf(said.user_data);
   if (!said.domain && own->port < kFirstPort) return Error{"an announcement without a domain"};

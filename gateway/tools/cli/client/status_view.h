@@ -38,7 +38,7 @@ std::string HeadSentence(const nlohmann::ordered_json& status);
 /// is off, or AdviceOf returns a sentence about DDS.
 std::string DdsSentence(const nlohmann::ordered_json& status);
 /// Returns sentences about received requests and datagrams. Examples: "DDS took 12 write requests",
-/// "DDS let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists".
+/// "DDS accepted 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists".
 std::vector<std::string> DdsTraffic(const nlohmann::ordered_json& status);
 /// Returns one sentence about alarms. Example: "2 alarms active, 1 not acknowledged: see 'baudgate
 /// alarms'"; empty: there are no alarms.

@@ -410,7 +410,7 @@ class ListReader {
       const auto scale = ScaleOf(given);
       if (!scale || *scale == 0) {
         return Error(row.line, "scale " + Quoted(given) +
-                                   " is no number other than 0; write the factor of the raw value, "
+                                   " is not a number, or is 0; write the factor of the raw value, "
                                    "for example 0.1 or 1/10" +
                                    (separator_ == ',' ? "; " + HintOfSeparator() : ""));
       }

@@ -309,7 +309,7 @@ TEST_F(DeviceStatesTest, ARemarkIsWarnedOfButNotReportedAsTrouble) {
   };
   const Row rows[] = {
       {{Reason::none, remark}, {}, {remark}},
-      {{Reason::none, ""}, {}, {"this is no longer so: " + remark}},
+      {{Reason::none, ""}, {}, {"this trouble is over: " + remark}},
       {{Reason::other_module, wrong}, {wrong}, {wrong}},
       {{Reason::other_module, wrong}, {}, {}},
       {{Reason::none, remark}, {"over: "}, {"the configured device answers again; " + remark}},

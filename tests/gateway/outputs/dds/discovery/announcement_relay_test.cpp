@@ -151,7 +151,7 @@ TEST_F(Relay, AnAnnouncementWithAForeignAddressIsRefused) {
   const Bytes bytes = Of({.number = 2});
   const Relayed relayed = relay_.On(bytes, {kPlant + 99, 40000}, now_);
   EXPECT_THAT(relayed.introductions, IsEmpty());
-  EXPECT_EQ(relayed.refused, "an announcement without the address that it came from");
+  EXPECT_EQ(relayed.refused, "an announcement that does not name its sender's address");
   EXPECT_EQ(relay_.participants(), 1U);
 }
 

@@ -90,7 +90,7 @@ TEST(Announcement, AGoodbyeIsRecognised) {
 
 TEST(Announcement, MustContainTheAddressOfItsSender) {
   EXPECT_EQ(WhyNot(Captured().at("fast_spdp"), {0x0A000001, 40000}),
-            "an announcement without the address that it came from");
+            "an announcement that does not name its sender's address");
   const Bytes two = testing::AnnouncementOf(
       7, 20, "32 00 18 00 01 00 00 00 F2 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 0A 00 00 09");
   const auto there = ReadAnnouncement(two, {0x0A000009, 40000});

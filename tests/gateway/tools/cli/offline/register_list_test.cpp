@@ -165,7 +165,7 @@ TEST(RegisterList, ScalesAndWideNumbersKeepTheirDigits) {
   EXPECT_EQ(type("a,0,UINT,10"), "holding 0 uint16 int64");
   EXPECT_EQ(type("a,0,UDINT,1"), "holding 0 uint32 uint32");
   EXPECT_EQ(type("a,0,bcd32,"), "holding 0 bcd32 uint32");
-  EXPECT_THAT(type("a,0,INT,0"), HasSubstr("scale '0' is no number"));
+  EXPECT_THAT(type("a,0,INT,0"), HasSubstr("scale '0' is not a number"));
   EXPECT_THAT(type("a,0,INT,x10"), HasSubstr("for example 0.1 or 1/10"));
   EXPECT_THAT(type("a,0,STRING(8),2"), HasSubstr("only numbers"));
 }
