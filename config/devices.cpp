@@ -46,9 +46,10 @@ std::optional<Ratio> ReadRatio(const Entry& entry, Problems& problems) {
   }
   const bool good = factor && *factor > 0 && !unit.empty() && unit.size() <= kLongestRatioUnit;
   if (good) return Ratio{*factor, std::string(unit)};
-  problems.Error(entry.value.mark(), "ratios: " + Quoted(*text) +
-                                         " is not a number above 0 and a unit; write for example " +
-                                         entry.key + ": 400 A");
+  problems.Error(entry.value.mark(),
+                 "ratios: " + Quoted(*text) +
+                     " is not a number above 0 and a unit of at most 16 bytes; write for example " +
+                     entry.key + ": 400 A");
   return std::nullopt;
 }
 

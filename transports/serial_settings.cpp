@@ -395,7 +395,7 @@ std::string TtyMode::ChangesTo(const TtyMode& now) const {
   };
   if (turned_on(local_, now.local_, ECHO)) add("echo is on");
   if (turned_on(local_, now.local_, ICANON)) add("input is passed on only in whole lines");
-  if (turned_on(local_, now.local_, ISIG)) add("some bytes are taken as signals");
+  if (turned_on(local_, now.local_, ISIG)) add("isig is on: bytes such as 03 (Ctrl-C) are removed");
   if (turned_on(input_, now.input_, ICRNL | INLCR | IGNCR | ISTRIP)) add("input is translated");
   if (turned_on(output_, now.output_, OPOST)) add("output is translated");
   if (turned_on(input_, now.input_, IXON | IXOFF)) add("XON/XOFF is on");

@@ -176,7 +176,7 @@ std::string NameHolders(const std::string& port) {
       names += (names.empty() ? "" : ", ") + program.name + ", pid " + std::to_string(program.pid);
     }
   }
-  return names.empty() ? "fuser -v " + port : names;
+  return names.empty() ? "find it with: fuser -v " + port : names;
 }
 
 }  // namespace baudgate

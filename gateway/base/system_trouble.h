@@ -46,7 +46,7 @@ PortHolders FindHolders(const std::filesystem::path& root);
 
 /// Returns the other programs that have the port open: "mbpoll, pid 4711". If no program is
 /// visible, for example because it runs as another user, returns a command that finds the program:
-/// "fuser -v /dev/ttyUSB0".
+/// "find it with: fuser -v /dev/ttyUSB0".
 std::string NameHolders(const std::string& port);
 
 }  // namespace baudgate

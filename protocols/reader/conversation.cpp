@@ -123,7 +123,7 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
   }
   if (numbers > 1) {
     return {"there are " + std::to_string(numbers) + " numbers in " + quoted,
-            "select one number by its characters at the point: read: number FROM-TO"};
+            "set the key read of the point to the characters of one number: number FROM-TO"};
   }
   if (numbers == 0 && ShowsOverload(text)) {
     return {"the indicator shows overload in " + quoted, "remove the load, or check the load cell"};
@@ -134,9 +134,9 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
         "the indicator has a fault; look the text up in its manual (load cell, overload, cable)"};
   }
   if (numbers == 1 && IsMass(unit) && !its) {
-    return {
-        "no unit follows the number in " + quoted,
-        "if the number is the weight, select its characters at the point: read: number FROM-TO"};
+    return {"no unit follows the number in " + quoted,
+            "if the number is the weight, set the key read of the point to its characters: number "
+            "FROM-TO"};
   }
   return {"there is no number in " + quoted,
           "check the indicator for overload, and whether read: number fits its messages"};

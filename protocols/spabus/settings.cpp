@@ -29,8 +29,8 @@ constexpr auto kTable = SettingsTable(
         "The device includes the line feed before '<' in the checksum of its replies.")),
     Bind<&Settings::continuation>(option::Choice(
         "continuation_checksum", "auto", "auto,a,b,c,d",
-        "Part of a reply in several lines that its checksum covers: a everything, b without CR and "
-        "LF, c also without &, d the last line only; auto: learned from the replies.")),
+        "What the checksum of a reply in several lines covers. a: everything; b: all but CR and "
+        "LF; c: all but CR, LF and &; d: the last line only; auto: learned from the replies.")),
     Bind<&Settings::send_seconds>(option::OnLine(option::Time(
         "send_seconds", "0s",
         "Interval at which the second of the minute (T) is sent to all relays; 0s: never."))),

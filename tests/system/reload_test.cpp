@@ -25,7 +25,8 @@ TEST_F(Reload, OfOneLineDoesNotDisturbTheOtherLines) {
   SetFile(WithSlowerIo());
   const Finished dry = Ask({"reload", "--dry-run"});
   EXPECT_EQ(dry.code, 0) << dry.errors;
-  EXPECT_EQ(dry.output, "line io: restarts: poll of io-1\n1 line restarted; 2 lines untouched\n");
+  EXPECT_EQ(dry.output,
+            "line io: restarts; changed: poll of io-1\n1 line restarted; 2 lines untouched\n");
   EXPECT_EQ(Status()["configuration"]["applied"], before["configuration"]["applied"]);
 
   for (int round = 0; round < 5; ++round) {
@@ -212,7 +213,7 @@ TEST_F(Reload, ATrialContinuesAfterOtherReloads) {
   EXPECT_THAT(other_time.output,
               HasSubstr("the gateway goes back to the confirmed configuration in 2s"));
   ASSERT_TRUE(EventuallyLogged(*daemon, "is not in use: nobody ran 'baudgate confirm' in time"));
-  EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: restarts: poll of io-1"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: restarts; changed: poll of io-1"));
   SetFile(YamlWithSocket());
   EXPECT_EQ(Ask({"reload"}).output, "nothing has changed\n") << "it is what was confirmed";
   EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
@@ -392,7 +393,7 @@ TEST_F(ReloadLimits, ATrialIsRolledBackWithoutCopyAndProfile) {
   fs::remove(ConfirmedCopy());
   Station::Write("profiles/dcon/module.yaml", "no profile");
   ASSERT_TRUE(EventuallyLogged(*daemon, "is not in use: nobody ran 'baudgate confirm' in time"));
-  EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: restarts: poll of io-1"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: restarts; changed: poll of io-1"));
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
 

@@ -182,7 +182,7 @@ std::string SentenceOf(const LineChange& line) {
     case Action::in_place:
       return begin + "keeps running; changed: " + line.what;
     case Action::restarted:
-      return begin + "restarts: " + line.what;
+      return begin + "restarts; changed: " + line.what;
     case Action::added:
       return begin + "is new";
     case Action::removed:

@@ -135,7 +135,7 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
   // Here it was clearly more often.
   if (all >= kThrice &&
       static_cast<double>(asked) >= (status.use + 1) / 2 * static_cast<double>(all)) {
-    return "a request was under way each time: check load, log and firmware of the server";
+    return "a request was under way nearly each time: check load, log and firmware of the server";
   }
   if (ends.alike >= kThrice && ends.age > Duration()) {
     return fmt::format(

@@ -107,7 +107,7 @@ void Server::Look() {
     const bool is_told = use_ == Use::by_hand;
     if (!trouble.empty()) {
       log::Warn({.line = line_}, "no client can connect at {}: {}{}", config_.Address(), trouble,
-                is_told || was_open ? "" : "; the gateway tries again until one can");
+                is_told || was_open ? "" : ". The gateway tries again to open this address");
     } else {
       log::Info({.line = line_}, "clients can connect to the port at {} ({})", config_.Address(),
                 Name(config_.mode));

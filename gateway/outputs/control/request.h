@@ -57,7 +57,7 @@ inline std::optional<WallTime> TimeOf(const status::Json& request, const char* k
 // or without success. gateway/daemon/reloader.h carries them out.
 //
 //   {"command":"reload","dry_run":false,"confirm_ms":60000}
-//   {"ok":true,"applied":true,"changes":["line bay-1: restarts: poll of feeder-1"],
+//   {"ok":true,"applied":true,"changes":["line bay-1: restarts; changed: poll of feeder-1"],
 //    "warnings":[],"text":"1 line restarted; 3 lines untouched"}
 //   {"ok":false,"exit":2,"text":"…baudgate.yaml:7:3: …"}
 //

@@ -312,7 +312,7 @@ std::string GapText(const nlohmann::ordered_json& record) {
   const std::string why = FieldOf(record, "gap");
   const std::string until = FieldOf(record, "until");
   if (why == "clock") return "gap: the clock was set to " + until;
-  if (why == "standstill") return "gap: the gateway did not run until " + until;
+  if (why == "standstill") return "gap: the process or the machine stood still until " + until;
   if (why == "dropped") return "gap: the disk could not be written until " + until;
   if (why == "overwritten") return "gap: the meter has overwritten its values until " + until;
   return "gap: the gateway was down until " + until;

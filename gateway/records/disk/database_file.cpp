@@ -427,8 +427,8 @@ Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::stri
   }
   if (version > kind.version()) {
     why = fmt::format(
-        "a newer baudgate has written the file (file version {}, this baudgate reads up to {}); "
-        "start the newer baudgate, or move the file away",
+        "a newer baudgate has written the file (version {}; this baudgate reads up to {}). Start "
+        "the newer baudgate, or move the file away",
         *version, kind.version());
     return Look::newer;
   }

@@ -148,8 +148,8 @@ void DeviceMemory::Write(const std::string& text) {
   const bool failed = std::exchange(failing_, error != 0);
   if (error != 0) {
     trouble_(
-        fmt::format("cannot write {}: {}; if the file stays unwritable, the data learned from "
-                    "devices is lost at the next start",
+        fmt::format("cannot write {}: {}. The next start uses the old content of the file; later "
+                    "changes are lost",
                     file_.string(), SystemTrouble(error)));
   } else if (failed) {
     trouble_({});

@@ -220,8 +220,8 @@ bool LoadReader::OnPointer(View data, const Manner& manner) {
   trouble_.clear();
   const bool goes_on = GoOn(manner);
   if (!current_)
-    trouble_ = "the record pointer that the meter reports (08 04: " + ToHex(data) +
-               ") is outside its memory, so the profile is not read";
+    trouble_ = "the meter reports an invalid record pointer (08 04: " + ToHex(data) +
+               "), so this load profile is not read";
   return goes_on;
 }
 

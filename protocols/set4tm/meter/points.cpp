@@ -51,7 +51,7 @@ constexpr DecoderSpec kSpecs[] = {
     {"float_le@n",
      "IEEE-754 single, low byte first (08 1B, 08 23), converted to a primary value by the ratios"},
     {"u8@n", "unsigned byte"},
-    {"i8@n", "signed byte (temperature: 08 01 i8@1)"},
+    {"i8@n", "signed byte; example: 08 01 i8@1 is the temperature"},
     {"u16_be@n", "unsigned 16 bit, high byte first"},
     {"u32_be@n", "unsigned 32 bit, high byte first"},
     {"bcd(b)@n", "binary coded decimal of b bytes (1 to 8), high byte first"},

@@ -60,11 +60,11 @@ TEST_F(PortHolders, TheProgramThatHoldsThePortIsNamedWithItsPid) {
 }
 
 TEST_F(PortHolders, WithoutAHolderTheFuserCommandIsNamed) {
-  EXPECT_EQ(NameHolders(port_), "fuser -v " + port_);
+  EXPECT_EQ(NameHolders(port_), "find it with: fuser -v " + port_);
 }
 
 TEST_F(PortHolders, ForAMissingPortTheFuserCommandIsNamed) {
-  EXPECT_EQ(NameHolders("/dev/baudgate-none"), "fuser -v /dev/baudgate-none");
+  EXPECT_EQ(NameHolders("/dev/baudgate-none"), "find it with: fuser -v /dev/baudgate-none");
 }
 
 TEST(UserName, IsFoundWhenNoFileCanBeOpened) {

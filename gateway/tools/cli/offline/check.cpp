@@ -158,9 +158,9 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   PrintWeb(config, out);
   if (records::NeedsState(config, catalog)) {
     out << "state " << StateFolderOf(records::StatePlaces::Here(config.state), config.name).string()
-        << (records::CanWrite(config)
-                ? ": the folder stores data learned from devices, and a record of every write\n"
-                : ": the folder stores data learned from devices\n");
+        << (records::CanWrite(config) ? ": files that the gateway uses again after a restart, and "
+                                        "a record of every write\n"
+                                      : ": files that the gateway uses again after a restart\n");
     PrintEvents(config, out);
     PrintOfMeters(config, out);
     PrintHistory(config, out);

@@ -77,7 +77,8 @@ TEST_F(DiagnoseTest, EachTroubleOfALineHasItsSentence) {
        "the driver has counted 34 parity and 3 framing errors since the port was opened. Check for "
        "noise, bad termination, or a device with other settings"},
       {[](bus::LineStatus& line) { line.restored = 11; },
-       "another program (fuser -v /dev/ttyUSB0) has changed the settings of the port 11 times, and "
+       "another program (find it with: fuser -v /dev/ttyUSB0) has changed the settings of the port "
+       "11 times, and "
        "the gateway has restored them. Keep that program away from /dev/ttyUSB0"},
       {[](bus::LineStatus& line) { line.overruns = 5; },
        "the driver lost bytes 5 times. The machine is too busy, or the adapter needs flow control "
@@ -203,7 +204,7 @@ TEST_F(DiagnoseTest, TheEndsOfConnectionsNameTheirCause) {
       {&Ends::refused, 1, 3, "The next connection was refused: check the power and the log"},
       {&Ends::unreachable, 0, 4, "No host answered for a while: check the power of the server"},
       {&Ends::shut, 2, 2, "The next connection was closed at once: end the other client"},
-      {&Ends::asked, 4, 0, "A request was under way each time: check load"},
+      {&Ends::asked, 4, 0, "A request was under way nearly each time: check load"},
       {&Ends::idle, 1, 3, "Check other clients of the server"},
       {&Ends::idle, 1, 3, "Each connection lasted about 3.3 s: raise the time", 3},
   };
@@ -254,12 +255,11 @@ TEST_F(DiagnoseTest, TheLineIsSuspectedWhenNoDeviceAnswers) {
   Ended(Outcome::no_reply, 5);
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "a neighbour answers";
   neighbour_.status = device();
-  EXPECT_THAT(
-      SayOfLine(),
-      ElementsAre(
-          "none of its 2 devices answers: not a byte came. Check wiring (A and B), "
-          "power, bit rate, parity and protocol (9600 7E1, spabus), direction "
-          "control of the converter; or another program reads the port (fuser -v /dev/ttyUSB0)"));
+  EXPECT_THAT(SayOfLine(),
+              ElementsAre("none of its 2 devices answers: not a byte came. Check wiring (A and B), "
+                          "power, bit rate, parity and protocol (9600 7E1, spabus), direction "
+                          "control of the converter; or another program reads the port (find it "
+                          "with: fuser -v /dev/ttyUSB0)"));
   EXPECT_THAT(Say(), ElementsAre("has never answered, as no device of line 'bay-1' answers"));
   line_.exchanges = 10;
   line_.parity_errors = 4;
