@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Serves the page and answers its requests from samples, without a gateway.
 
-usage: mock.py [--port 8502] [--points 10000] [--token WORD] [--role ROLE] [--no-acknowledge] [--no-history] [--no-events]
+usage: mock.py [--port 8502] [--points 10000] [--token WORD] [--role ROLE] [--no-acknowledge] [--no-history] [--no-events] [--uptime SECONDS]
 
 For tests only: POST /mock/kill?device=LINE.DEVICE, /mock/alarm?device=LINE.DEVICE&text=TEXT, /mock/hang (no stream
 says anything for five seconds), /mock/reload (all streams end as at a reload), /mock/trial?s=SECONDS (a configuration on trial);
@@ -325,12 +325,13 @@ def main():
     parser.add_argument("--points", type=int, default=0)
     parser.add_argument("--token", default="")
     parser.add_argument("--role", default="")
+    parser.add_argument("--uptime", type=float, default=60)
     parser.add_argument("--no-acknowledge", action="store_true")
     parser.add_argument("--no-events", action="store_true")
     parser.add_argument("--no-history", action="store_true")
     Handler.options = parser.parse_args()
     Handler.asked = []
-    Handler.gateway = Gateway(Handler.options.points)
+    Handler.gateway = Gateway(Handler.options.points, Handler.options.uptime)
     Handler.streams = Streams(Handler.gateway)
     server = Server(("127.0.0.1", Handler.options.port), Handler)
     print(f"http://127.0.0.1:{server.server_port}/", flush=True)

@@ -61,6 +61,7 @@ def test_time_picker_and_an_empty_range(context):
     browser = context.browser
     open_view(context, trends(context, "1h"), "Maximum")
     browser.find(".menu summary").click()
+    browser.wait("the times of now", lambda: browser.find("#until").get_attribute("value"))
     for name, value in (("from", "2020-01-02T03:00:00"), ("until", "2020-01-02T04:00:00")):
         browser.run("document.getElementById(arguments[0]).value = arguments[1]", name, value)
     browser.find(".menu button[type='submit']").click()

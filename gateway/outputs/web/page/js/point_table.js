@@ -134,7 +134,8 @@ export class PointTable {
     });
     this.spacer = h('div', {role: 'rowgroup', class: 'point-rows'});
     const head = ([title, name, key]) => {
-      const content = sorted && key ? h('button', {type: 'button', class: 'sort', onclick: () => sorted(key)}, title)
+      const content = sorted && key
+        ? [h('button', {type: 'button', class: 'sort', onclick: () => sorted(key)}, title), h('span', {class: 'small-only'}, title)]
         : title || h('span', {class: 'hidden'}, name === 'star' ? 'Favourite' : 'Write');
       const cell = h('div', {role: 'columnheader', class: `p-${name}`}, content);
       if (key) this.heads.set(key, cell);

@@ -20,7 +20,8 @@ const orders = {
 };
 
 export function points(root, _, parameters) {
-  const chosen = {q: '', line: '', quality: '', writable: '', sort: '', ...parameters};
+  const nothing = {q: '', line: '', quality: '', writable: '', sort: ''};
+  const chosen = {...nothing, ...parameters};
   const headline = new Headline('Points');
   const problem = new Problem();
   const found = h('p', {class: 'about', role: 'status'}, 'Fetching the points …');
@@ -35,6 +36,9 @@ export function points(root, _, parameters) {
   let hits = [];
   const line = select('Line', [['', 'all']], '', (value) => change({line: value}));
   const quality = select('Quality', [['', 'all'], ['good', 'good'], ['poor', 'not good']], chosen.quality, (value) => change({quality: value}));
+  const sort = select('Sort by', [['', 'configuration'], ['name', 'name'], ['-value', 'smallest value'], ['value', 'largest value'], ['quality', 'worst quality'],
+    ['age', 'oldest']], chosen.sort, (value) => change({sort: value}));
+  sort.classList.add('small-only');
   const only = h('input', {type: 'checkbox', checked: Boolean(chosen.writable), onchange: () => change({writable: only.checked ? '1' : ''})});
   const change = (some = {}) => {
     Object.assign(chosen, some);
@@ -48,7 +52,7 @@ export function points(root, _, parameters) {
       || (chosen.quality === 'poor' && ['bad', 'uncertain'].includes(kindOf(point, valueOf(point.id))))));
     const key = chosen.sort.replace('-', '');
     if (orders[key]) list = [...list].sort(chosen.sort === key ? orders[key] : (a, b) => orders[key](b, a));
-    table.order(key, chosen.sort !== key);
+    table.order(key, (key === 'name') !== (chosen.sort === key));
     const filtered = chosen.line || chosen.writable || chosen.quality;
     setText(found, chosen.q ? `${count(list.length)} of ${count(all.length)} points have “${chosen.q}”`
       : filtered ? `${count(list.length)} of ${count(all.length)} points` : `${count(all.length)} points; the search box finds them by name and description`);
@@ -78,7 +82,7 @@ export function points(root, _, parameters) {
     paintPlaces();
   }, () => {});
   root.append(headline.element, problem.element, h('div', {class: 'controls no-print'}, line, quality,
-      h('label', {class: 'check'}, only, 'Writable'), found), places, table.element);
+      h('label', {class: 'check'}, only, 'Writable'), sort, found), places, table.element);
   fetchAll();
   fetchThings();
   const ends = [on('points', fetchAll), on('search', (query) => {
@@ -88,5 +92,13 @@ export function points(root, _, parameters) {
     if (hits.length) location.hash = hits[0].href;
     else if (list.length) location.hash = deviceLink(list[0], list[0].point);
   }), () => table.end()];
-  return () => ends.forEach((end) => end());
+  return {
+    moved(now) {
+      Object.assign(chosen, nothing, now);
+      for (const [part, key] of [[line, 'line'], [quality, 'quality'], [sort, 'sort']]) part.querySelector('select').value = chosen[key];
+      only.checked = Boolean(chosen.writable);
+      paint();
+    },
+    end: () => ends.forEach((end) => end()),
+  };
 }
