@@ -20,7 +20,7 @@ import time
 import urllib.parse
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from mock_gateway import Gateway
+from mock_gateway import Gateway, iso
 
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "gateway/outputs/web/page"
 TYPES = {".html": "text/html; charset=utf-8", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
@@ -32,8 +32,8 @@ HEADERS = {
 
 
 OWN = ("no answer", "port down", "server away")
-MAY = {"viewer": [], "auditor": ["sessions"], "operator": ["acknowledge", "write", "disable", "release"],
-       "engineer": ["acknowledge", "write", "disable", "release", "confirm", "sessions", "end_sessions"]}
+MAY = {"viewer": [], "auditor": ["sessions", "writes"], "operator": ["acknowledge", "write", "disable", "release"],
+       "engineer": ["acknowledge", "write", "disable", "release", "confirm", "sessions", "end_sessions", "writes"]}
 NEEDS = {"/api/v1/alarms/ack": "acknowledge", "/api/v1/write": "write", "/api/v1/devices/disable": "disable",
          "/api/v1/devices/enable": "disable", "/api/v1/lines/release": "release", "/api/v1/reload/confirm": "confirm",
          "/api/v1/reload/revert": "confirm"}
@@ -253,6 +253,14 @@ class Handler(BaseHTTPRequestHandler):
     def get_alarms(self, query):
         alarms = [a for a in self.gateway.alarms if not self.options.no_events or a["name"] in OWN]
         return {"records": alarms, "next": 0, "more": False, "worst": self.gateway.alarm_summary()["worst"]}
+
+    def get_writes(self, query):
+        names = ("seq", "time", "client", "line", "device", "point", "old", "new", "outcome", "reason", "count")
+        rows = [(1, iso(time.time() - 7300), "modbus:10.0.0.7:40312", "bay-1", "feeder-1", "setting_group", 0, 1, "ok", "", 1),
+                (2, iso(time.time() - 7200), "user:anna", "bay-1", "feeder-1", "active_phase_low_current", 1.0, 9.0, "denied",
+                 "9 is above the maximum, 5", 1),
+                (3, iso(time.time() - 4000), "user:anna", "bay-1", "feeder-1", "active_phase_low_current", 1.0, 2.5, "not_sent", "", 1)]
+        return {"records": [dict(zip(names, row)) for row in rows], "next": 3, "more": False}
 
     def get_history(self, query):
         found = self.gateway.history(query["point"], int(query["since_ms"]), int(query["until_ms"]),

@@ -132,6 +132,11 @@ async function begin() {
   beginOnce();
 }
 
+addEventListener('keydown', (event) => {
+  if (event.key !== 'Escape' || menu.getAttribute('aria-expanded') !== 'true') return;
+  closeMenu();
+  menu.focus();
+});
 menu.addEventListener('click', () => menu.setAttribute('aria-expanded', String(menu.getAttribute('aria-expanded') !== 'true')));
 const zone = byId('zone');
 const local = new Intl.DateTimeFormat().resolvedOptions().timeZone || 'local';

@@ -104,7 +104,8 @@ class Row {
     const raw = live.value === null ? '' : `raw value ${live.value}`;
     if (this.value.title !== raw) this.value.title = raw;
     const passed = beyond(this.point, live);
-    setText(this.limit, passed ? `, ${passed.text}` : '');
+    setText(this.limit, passed ? `, ${passed.side === 'min' ? 'below' : passed.side === 'max' ? 'above' : passed.side} ${passed.value}` : '');
+    this.limit.title = passed?.text || '';
     if (this.quality.data !== live.text) this.quality.data = live.text;
     setMark(this.shape, passed ? 'warn' : qualityMark[kind]);
     setClass(this.element, `point-row ${kind}`);

@@ -7,6 +7,7 @@ import {h, mark, setText} from './dom.js';
 import {deviceLink, lineLink, pointsLink, replace} from './links.js';
 import {Headline, Problem, select} from './parts.js';
 import {PointTable} from './point_table.js';
+import {wish} from './search.js';
 import {allPoints, kindOf, matching, valueOf, writable, wordsOf} from './store.js';
 
 const mostFound = 8;
@@ -32,7 +33,7 @@ export function points(root, _, parameters) {
   }});
   let all = null;
   let list = [];
-  let things = [];
+  let things = null;
   let hits = [];
   const line = select('Line', [['', 'all']], '', (value) => change({line: value}));
   const quality = select('Quality', [['', 'all'], ['good', 'good'], ['poor', 'not good']], chosen.quality, (value) => change({quality: value}));
@@ -44,6 +45,13 @@ export function points(root, _, parameters) {
     Object.assign(chosen, some);
     replace(pointsLink(chosen));
     paint();
+  };
+  /** Opens the first thing found, as soon as everything is known, if the user has pressed Enter. */
+  const openFirst = () => {
+    if (!wish.text || wish.text !== chosen.q.trim() || !all || !things) return;
+    wish.text = '';
+    if (hits.length) location.hash = hits[0].href;
+    else if (list.length) location.hash = deviceLink(list[0], list[0].point);
   };
   const paint = () => {
     if (!all) return;
@@ -58,10 +66,11 @@ export function points(root, _, parameters) {
       : filtered ? `${count(list.length)} of ${count(all.length)} points` : `${count(all.length)} points; the search box finds them by name and description`);
     table.paint(list);
     paintPlaces();
+    openFirst();
   };
   const paintPlaces = () => {
     const words = wordsOf(chosen.q);
-    hits = words.length ? things.filter(({name}) => words.every((word) => name.toLowerCase().includes(word))) : [];
+    hits = words.length && things ? things.filter(({name}) => words.every((word) => name.toLowerCase().includes(word))) : [];
     hits = hits.sort((a, b) => a.name.length - b.name.length).slice(0, mostFound);
     places.hidden = !hits.length;
     places.replaceChildren(...hits.map(({name, href, kind, state}, i) => h('li', {}, mark(kind), h('a', {href}, name), h('span', {class: 'about'}, state),
@@ -80,7 +89,11 @@ export function points(root, _, parameters) {
       ...one.devices.map((d) => ({name: `${one.name}.${d.name}`, href: deviceLink({line: one.name, device: d.name}),
         kind: deviceTrouble(d).shape, state: stateWord(d)}))]);
     paintPlaces();
-  }, () => {});
+    openFirst();
+  }, () => {
+    things = [];
+    openFirst();
+  });
   root.append(headline.element, problem.element, h('div', {class: 'controls no-print'}, line, quality,
       h('label', {class: 'check'}, only, 'Writable'), sort, found), places, table.element);
   fetchAll();
@@ -88,10 +101,7 @@ export function points(root, _, parameters) {
   const ends = [on('points', fetchAll), on('search', (query) => {
     chosen.q = query;
     paint();
-  }), on('open', () => {
-    if (hits.length) location.hash = hits[0].href;
-    else if (list.length) location.hash = deviceLink(list[0], list[0].point);
-  }), () => table.end()];
+  }), on('open', openFirst), () => table.end()];
   return {
     moved(now) {
       Object.assign(chosen, nothing, now);

@@ -95,7 +95,8 @@ export function allPoints() {
 
 /** The limits of a point and the thresholds of its events: [{value, text}]. */
 export const limitsOf = (point) => (!point ? [] : [
-  ...(point.events || []).map(({on: side, value, alarm}) => ({value, side, alarm, text: `${side} ${value}${alarm && alarm !== 'off' ? `: alarm, ${alarm}` : ''}`})),
+  ...(point.events || []).map(({on: side, value, alarm}) => ({value, side, alarm,
+    text: `${side} ${value}${alarm && alarm !== 'off' ? ` (${alarm} alarm)` : ''}`})),
   ...['min', 'max'].filter((key) => typeof point[key] === 'number').map((key) => ({value: point[key], side: key, text: `${key} ${point[key]}`})),
 ]);
 

@@ -56,7 +56,7 @@ function keptFacts(status) {
       + `${bytes(history.limit)}, ${count(history.dropped)} values dropped` : 'off'],
     ['History folder', history ? history.folder : '–'],
     ['Oldest day', history && history.oldest ? history.oldest.slice(0, 10) : '–'],
-    ['Audit', audit ? `${state(audit)}; ${audit.mode}, ${count(audit.lost)} records lost` : 'off'],
+    ['Audit', audit ? `${state(audit)}; ${audit.mode.replace('_', ' ')}, ${count(audit.lost)} records lost` : 'off'],
   ];
 }
 
@@ -126,12 +126,13 @@ export function system(root, _, {at}) {
   const masters = new DataTable({columns: masterColumns, key: (m) => m.port, caption: 'Serial masters',
     empty: 'There are no serial masters.'});
   const configuration = configurationPart();
+  const ddsPart = section('DDS', dds.element);
   const keptPart = section('Records on the disk', kept.element);
   root.append(headline.element, problem.element, advice.element, figures.element, section('Modbus clients', clients.element),
       routesPart, section('Serial masters', masters.element),
-      h('div', {class: 'side-by-side'}, section('DDS', dds.element), keptPart),
+      h('div', {class: 'side-by-side'}, ddsPart, keptPart),
       configuration.element);
-  let sought = {routes: routesPart, masters: masters.element, records: keptPart, configuration: configuration.element}[at];
+  let sought = {routes: routesPart, masters: masters.element, records: keptPart, dds: ddsPart, configuration: configuration.element}[at];
   const end = watchStatus('', (status) => {
     const heard = now();
     problem.paint(null);
