@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The view of one device: its values first; its communication and its register map are folded.
 import {get} from './api.js';
-import {allAlarms, unseen} from './alarm_bar.js';
+import {allAlarms, priorityMark, unseen} from './alarm_bar.js';
 import {on} from './bus.js';
 import {age, now, setAge} from './clock.js';
 import {DataTable} from './data_table.js';
@@ -122,19 +122,26 @@ function facts(device, labels, answered, strip) {
   ];
 }
 
-/** The buttons of people who may operate the device. */
+/** Alarms of the gateway itself whose reason is in the sentences about the device. */
+const saidByAdvice = ['no answer', 'wrong device', 'another device'];
+
+/** The alarms of the device, and the buttons of people who may operate the device. */
 function actions(name) {
   let use = true;
   let waiting = [];
   const toggle = h('button', {type: 'button', hidden: true, onclick: () => setInUse(name, !use)});
   const seen = h('button', {type: 'button', hidden: true, onclick: () => acknowledge(waiting)});
+  const list = new Sentences();
   const refresh = () => allAlarms().then((alarms) => {
-    waiting = alarms.filter((alarm) => `${alarm.line}.${alarm.device}` === name && unseen(alarm)).map((alarm) => alarm.seq);
+    const mine = alarms.filter((alarm) => `${alarm.line}.${alarm.device}` === name);
+    waiting = mine.filter(unseen).map((alarm) => alarm.seq);
+    list.paint(mine.filter((alarm) => !saidByAdvice.includes(alarm.name)).map((alarm) => ({kind: alarm.state === 'returned' ? 'info'
+      : priorityMark[alarm.priority], from: `Alarm, ${alarm.priority}`, text: `${alarm.text}, since ${alarm.raised}${alarm.state === 'returned' ? ', over' : ''}`})));
     seen.hidden = !waiting.length || !may('acknowledge');
     setText(seen, waiting.length === 1 ? 'Acknowledge its alarm' : `Acknowledge its ${waiting.length} alarms`);
   }, () => {});
   refresh();
-  return {elements: [seen, toggle], ends: [on('alarms', refresh), on('acted', refresh)], paint: (device) => {
+  return {list: list.element, elements: [seen, toggle], ends: [on('alarms', refresh), on('acted', refresh)], paint: (device) => {
     use = device.state !== 'disabled';
     toggle.hidden = !may('disable');
     setText(toggle, use ? 'Disable …' : 'Enable …');
@@ -158,7 +165,7 @@ export function device(root, name, parameters) {
     caption: `Last exchanges of ${name}`, empty: 'No exchange yet.'});
   const communication = folded('Communication', figures.element, h('h3', {}, 'Last exchanges'), exchanges.element,
       h('h3', {}, 'Round trips'), chart.element);
-  const known = h('div', {}, advice.element,
+  const known = h('div', {}, acts.list, advice.element,
       h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({device: name})}, 'Events of this device'), acts.elements),
       points.element, communication, mapPart(name));
   root.append(crumbs(['Overview', '#/overview'], [line, lineLink(line)]), headline.element, about, problem.element, known);

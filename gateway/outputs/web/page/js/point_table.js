@@ -16,7 +16,9 @@ import {beyond, kindOf, limitsOf, shownOf, valueOf, writable} from './store.js';
  * smaller, because search results change with every letter.
  */
 const plainLimit = {device: 400, all: 40};
-const numeric = (point) => point.type !== 'bool' && !point.type.startsWith('string');
+
+/** True if trends can show the point: the gateway keeps it; or no history is kept, and the browser records it. */
+const hasTrend = (point) => point.kept || (!session.history && !point.write_only && !point.type.startsWith('string'));
 
 class Row {
   constructor(watch) {
@@ -68,7 +70,7 @@ class Row {
     this.star.paint(point.name);
     setText(this.name, full ? point.name : point.point);
     this.name.href = full ? deviceLink(point, point.point) : trendsLink({points: point.name, range: '1h'});
-    if (!full && (!numeric(point) || point.write_only)) this.name.removeAttribute('href');
+    if (!full && !hasTrend(point)) this.name.removeAttribute('href');
     setText(this.description, point.description || '');
     this.description.title = point.description || '';
     this.unit.data = point.unit || '';
