@@ -4,6 +4,8 @@
 import re
 import urllib.request
 
+from selenium.webdriver.common.keys import Keys
+
 from browser import Browser
 from common import live, open_view, views
 from overview_tests import only_mock
@@ -76,6 +78,24 @@ def test_login_says_where_the_token_comes_from(context):
         browser.wait_text("Log in")
         assert "web.token" in browser.text() and "baudgate" not in browser.text("#alarm-bar")
         assert "first line of the file" in browser.text(), browser.text()
+    finally:
+        browser.quit()
+        stage.end()
+
+
+def test_login_of_users(context):
+    only_mock(context)
+    stage = context.new_stage(token=TOKEN, role="operator")
+    browser = Browser(stage.url)
+    try:
+        browser.open("overview")
+        browser.wait_text("baudgate users add")
+        browser.find("#user").send_keys("anna")
+        browser.find("#token").send_keys(TOKEN, Keys.ENTER)
+        browser.wait_text("anna, operator", "#who")
+        browser.find("#logout").click()
+        browser.wait_text("baudgate users add")
+        assert not browser.text("#who")
     finally:
         browser.quit()
         stage.end()

@@ -134,7 +134,8 @@ class Handler(BaseHTTPRequestHandler):
         query = dict(urllib.parse.parse_qsl(url.query))
         body = self.body()
         if url.path == "/login":
-            given = json.loads(body).get("token") if body.startswith(b"{") else None
+            form = json.loads(body) if body.startswith(b"{") else {}
+            given = form.get("password") if form.get("user") else form.get("token")
             if given != self.options.token:
                 return self.problem(401, "Unauthorized", "wrong token; enter the token of this gateway")
             return self.no_content({"Set-Cookie": "session=mock; HttpOnly; SameSite=Strict"})

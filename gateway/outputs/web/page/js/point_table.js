@@ -9,7 +9,7 @@ import {deviceLink, trendsLink} from './links.js';
 import {may, write} from './operate.js';
 import {session} from './session.js';
 import {Spark, lastHour} from './spark.js';
-import {beyond, kindOf, limitsOf, shownOf, valueOf, writable} from './store.js';
+import {beyond, kindOf, limitsOf, resting, shownOf, valueOf, writable} from './store.js';
 
 /**
  * Up to this number of points all rows exist, so that the points of a device can be printed. The limit for all points is
@@ -109,10 +109,19 @@ class Row {
     setText(this.limit, passed ? `, ${passed.side === 'min' ? 'below' : passed.side === 'max' ? 'above' : passed.side} ${passed.value}` : '');
     this.limit.title = passed?.text || '';
     if (this.quality.data !== live.text) this.quality.data = live.text;
-    setMark(this.shape, passed ? 'warn' : qualityMark[kind]);
-    setClass(this.element, `point-row ${kind}`);
+    setMark(this.shape, passed ? 'warn' : resting(live) ? 'off' : qualityMark[kind]);
+    setClass(this.element, `point-row ${kind}${resting(live) ? ' resting' : ''}`);
     setAge(this.age, live.at, this.point.write_only ? '–' : 'never');
   }
+}
+
+/** The number of characters from the decimal point on, of the longest value. */
+function longestFraction(points) {
+  return Math.max(3, ...points.map((point) => {
+    const live = !point.heading && valueOf(point.id);
+    const text = live && typeof live.value === 'number' && !point.states ? shownOf(live) : '';
+    return text.includes('.') ? text.length - text.indexOf('.') : 0;
+  }));
 }
 
 /** Columns of the table: [title, class, key of the order]. */
@@ -173,6 +182,7 @@ export class PointTable {
     this.table.setAttribute('aria-rowcount', points.length + 1);
     this.table.classList.toggle('acts', may('write') && points.some(writable));
     this.element.scrollTop = 0;
+    if (points.length <= plainLimit.device) this.table.style.setProperty('--fraction', longestFraction(points));
     this.layout();
   }
 
