@@ -73,7 +73,7 @@ if wanted hostile; then
   /usr/bin/python3 packaging/web_test/hostile.py build/release/baudgate
 fi
 if wanted pictures; then
-  /usr/bin/python3 packaging/web_test/mock.py --port 0 >"$work/url" &
+  /usr/bin/python3 packaging/web_test/mock.py --port 0 --role engineer >"$work/url" &
   mock=$!
   while [ ! -s "$work/url" ]; do sleep 0.1; done
   say "pictures in $pictures"

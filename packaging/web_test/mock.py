@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Serves the page and answers its requests from samples, without a gateway.
 
-usage: mock.py [--port 8502] [--points 10000] [--token WORD] [--role ROLE] [--no-acknowledge] [--no-history] [--no-events]
+usage: mock.py [--port 8502] [--points 10000] [--token WORD] [--role ROLE] [--no-acknowledge] [--no-history] [--no-events] [--uptime SECONDS]
 
 For tests only: POST /mock/kill?device=LINE.DEVICE, /mock/alarm?device=LINE.DEVICE&text=TEXT, /mock/hang (no stream
 says anything for five seconds), /mock/reload (all streams end as at a reload), /mock/trial?s=SECONDS (a configuration on trial);
@@ -20,7 +20,7 @@ import time
 import urllib.parse
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from mock_gateway import Gateway
+from mock_gateway import Gateway, iso
 
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "gateway/outputs/web/page"
 TYPES = {".html": "text/html; charset=utf-8", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
@@ -32,8 +32,8 @@ HEADERS = {
 
 
 OWN = ("no answer", "port down", "server away")
-MAY = {"viewer": [], "auditor": ["sessions"], "operator": ["acknowledge", "write", "disable", "release"],
-       "engineer": ["acknowledge", "write", "disable", "release", "confirm", "sessions", "end_sessions"]}
+MAY = {"viewer": [], "auditor": ["sessions", "writes"], "operator": ["acknowledge", "write", "disable", "release"],
+       "engineer": ["acknowledge", "write", "disable", "release", "confirm", "sessions", "end_sessions", "writes"]}
 NEEDS = {"/api/v1/alarms/ack": "acknowledge", "/api/v1/write": "write", "/api/v1/devices/disable": "disable",
          "/api/v1/devices/enable": "disable", "/api/v1/lines/release": "release", "/api/v1/reload/confirm": "confirm",
          "/api/v1/reload/revert": "confirm"}
@@ -134,7 +134,8 @@ class Handler(BaseHTTPRequestHandler):
         query = dict(urllib.parse.parse_qsl(url.query))
         body = self.body()
         if url.path == "/login":
-            given = json.loads(body).get("token") if body.startswith(b"{") else None
+            form = json.loads(body) if body.startswith(b"{") else {}
+            given = form.get("password") if form.get("user") else form.get("token")
             if given != self.options.token:
                 return self.problem(401, "Unauthorized", "wrong token; enter the token of this gateway")
             return self.no_content({"Set-Cookie": "session=mock; HttpOnly; SameSite=Strict"})
@@ -254,6 +255,14 @@ class Handler(BaseHTTPRequestHandler):
         alarms = [a for a in self.gateway.alarms if not self.options.no_events or a["name"] in OWN]
         return {"records": alarms, "next": 0, "more": False, "worst": self.gateway.alarm_summary()["worst"]}
 
+    def get_writes(self, query):
+        names = ("seq", "time", "client", "line", "device", "point", "old", "new", "outcome", "reason", "count")
+        rows = [(1, iso(time.time() - 7300), "modbus:10.0.0.7:40312", "bay-1", "feeder-1", "setting_group", 0, 1, "ok", "", 1),
+                (2, iso(time.time() - 7200), "user:anna", "bay-1", "feeder-1", "active_phase_low_current", 1.0, 9.0, "denied",
+                 "9 is above the maximum, 5", 1),
+                (3, iso(time.time() - 4000), "user:anna", "bay-1", "feeder-1", "active_phase_low_current", 1.0, 2.5, "not_sent", "", 1)]
+        return {"records": [dict(zip(names, row)) for row in rows], "next": 3, "more": False}
+
     def get_history(self, query):
         found = self.gateway.history(query["point"], int(query["since_ms"]), int(query["until_ms"]),
                                      int(query.get("pixels", 1200)))
@@ -325,12 +334,13 @@ def main():
     parser.add_argument("--points", type=int, default=0)
     parser.add_argument("--token", default="")
     parser.add_argument("--role", default="")
+    parser.add_argument("--uptime", type=float, default=60)
     parser.add_argument("--no-acknowledge", action="store_true")
     parser.add_argument("--no-events", action="store_true")
     parser.add_argument("--no-history", action="store_true")
     Handler.options = parser.parse_args()
     Handler.asked = []
-    Handler.gateway = Gateway(Handler.options.points)
+    Handler.gateway = Gateway(Handler.options.points, Handler.options.uptime)
     Handler.streams = Streams(Handler.gateway)
     server = Server(("127.0.0.1", Handler.options.port), Handler)
     print(f"http://127.0.0.1:{server.server_port}/", flush=True)

@@ -139,9 +139,9 @@ class Point:
 
 
 class Gateway:
-    def __init__(self, points=0):
+    def __init__(self, points=0, uptime=60):
         self.lock = threading.Lock()
-        self.started = time.time()
+        self.started = time.time() - uptime
         self.status = copy.deepcopy(SAMPLES["status"])
         self.points, self.killed, self.disabled = [], {}, set()
         self.wrong = {}
@@ -343,7 +343,7 @@ class Gateway:
     def status_of(self, target=""):
         now = time.time()
         status = copy.deepcopy(self.status)
-        status["time"], status["uptime_ms"] = iso(now), int((now - self.started + 60) * 1000)
+        status["time"], status["uptime_ms"] = iso(now), int((now - self.started) * 1000)
         summary = self.alarm_summary()
         status["events"]["newest"] = len(self.events)
         left = int((self.trial_until - now) * 1000)
@@ -352,10 +352,10 @@ class Gateway:
         status["events"]["alarms"] = {k: summary[k] for k in ("active", "unacknowledged")}
         line_name, _, device_name = target.partition(".")
         for line in status["lines"]:
-            line["busy_ms"] = int((now - self.started + 60) * 1000 * line["use"])
+            line["busy_ms"] = int((now - self.started) * 1000 * line["use"])
             for n, device in enumerate(line["devices"]):
                 name = f"{line['name']}.{device['name']}"
-                device["busy_ms"] = int((now - self.started + 60) * 1000 * (0.12 - 0.012 * n))
+                device["busy_ms"] = int((now - self.started) * 1000 * (0.12 - 0.012 * n))
                 if device["age_ms"] is not None:
                     device["age_ms"] = int(now * 1000) % 900
                 if name in self.killed:

@@ -107,6 +107,7 @@ class Mock:
         self.command += [] if acknowledge else ["--no-acknowledge"]
         self.command += [] if history else ["--no-history"]
         self.command += ["--role", more["role"]] if "role" in more else []
+        self.command += ["--uptime", str(more["uptime"])] if "uptime" in more else []
         self.command += ["--no-events"] if more.get("events") is False else []
         self.start()
 

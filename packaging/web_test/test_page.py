@@ -13,6 +13,7 @@ import sys
 import time
 import traceback
 
+import detail_tests
 import figure_tests
 import live_tests
 import look_tests
@@ -25,7 +26,7 @@ from browser import Browser
 from common import numbers
 from stage import Gateway, LeftOut, Mock, Remote
 
-SUBJECTS = (live_tests, overview_tests, value_tests, trend_tests, operate_tests, reach_tests, look_tests, figure_tests)
+SUBJECTS = (live_tests, overview_tests, value_tests, trend_tests, operate_tests, reach_tests, detail_tests, look_tests, figure_tests)
 
 
 class Context:

@@ -61,11 +61,15 @@ def test_time_picker_and_an_empty_range(context):
     browser = context.browser
     open_view(context, trends(context, "1h"), "Maximum")
     browser.find(".menu summary").click()
+    browser.wait("the times of now", lambda: browser.find("#until").get_attribute("value"))
     for name, value in (("from", "2020-01-02T03:00:00"), ("until", "2020-01-02T04:00:00")):
         browser.run("document.getElementById(arguments[0]).value = arguments[1]", name, value)
     browser.find(".menu button[type='submit']").click()
     browser.wait_text("2020-01-02 03:00:00 to 2020-01-02 04:00:00")
     browser.wait_text("No values from 2020-01-02 03:00:00")
+    browser.find(".menu summary").click()
+    [b for b in browser.all(".menu button") if b.text == "Yesterday"][0].click()
+    browser.wait_text("00:00:00 UTC (24 h)")
     assert not [c for c in browser.all(".plot canvas") if c.is_displayed()], "an axis of nothing"
 
 

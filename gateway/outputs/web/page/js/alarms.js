@@ -11,6 +11,7 @@ import {sourceLink} from './links.js';
 import {acknowledge, acknowledgeLine, may, pressable} from './operate.js';
 import {Headline, Problem, section} from './parts.js';
 import {session} from './session.js';
+import {writesPart} from './writes.js';
 import {zoneName} from './zone.js';
 
 const order = {high: 0, medium: 1, low: 2};
@@ -23,7 +24,7 @@ const columns = () => [
   {title: 'State', class: 'words', text: (alarm) => words[alarm.state] || alarm.state},
   {title: `Since (${zoneName()})`, class: 'time', text: (alarm) => civilSeconds(alarm.raised)},
   aged('Ago', (alarm) => Date.parse(alarm.raised), 'num'),
-  {title: 'Acknowledged by', class: 'words', text: (alarm) => alarm.acknowledged_by || '–'},
+  {title: 'Acknowledged by', class: 'words', text: (alarm) => alarm.acknowledged_by},
   {title: 'Acknowledge', class: 'action no-print', make: (cell) => {
     const made = {};
     made.button = pressable('Acknowledge', () => made.seq, (seq) => acknowledge([seq]), {class: 'small'});
@@ -60,7 +61,8 @@ export function alarms(root, _, parameters) {
   const lines = linesPart();
   const events = session.events ? eventsPart(parameters)
     : {element: h('p', {class: 'empty'}, 'This gateway records no events: add `events:` to its configuration.'), end: () => {}};
-  root.append(headline.element, problem.element, section('Alarms', lines.element, table.element), section('Events', events.element));
+  root.append(headline.element, problem.element, section('Alarms', lines.element, table.element),
+      section('Events', events.element), may('writes') ? writesPart() : '');
   const refresh = () => allAlarms().then((list) => {
     const waiting = list.filter(unseen);
     headline.paint(waiting.some((a) => a.priority === 'high') ? 'bad' : waiting.length ? 'warn' : 'fine',

@@ -16,6 +16,7 @@ export class DataTable {
     this.table = h('table', {class: 'data', role: 'table'},
         h('caption', {class: 'hidden'}, caption),
         h('thead', {role: 'rowgroup'}, h('tr', {role: 'row'}, heads)), this.body);
+    this.table.hidden = true;
     this.empty = h('p', {class: 'empty', hidden: true}, empty);
     this.element = h('div', {class: 'table-box'}, this.table, this.empty);
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The view of one device: its values first; its communication and its register map are folded.
 import {get} from './api.js';
-import {allAlarms, unseen} from './alarm_bar.js';
+import {allAlarms, priorityMark, unseen} from './alarm_bar.js';
 import {on} from './bus.js';
 import {age, now, setAge} from './clock.js';
 import {DataTable} from './data_table.js';
@@ -31,18 +31,17 @@ function grouped(points) {
   return [...rest, ...found.flatMap(([heading, some]) => [{heading}, ...some])];
 }
 
-function pointsPart(name, sought) {
+function pointsPart(name, sought, problem) {
   const table = new PointTable({full: false, label: `Points of ${name}`});
   const filter = h('input', {type: 'search', id: 'filter', placeholder: 'Filter', oninput: () => paint()});
   const marred = h('input', {type: 'checkbox', id: 'marred', onchange: () => paint()});
-  const problem = new Problem();
   const trend = h('a', {class: 'button', hidden: true});
   let points = [];
   const paint = () => table.paint(grouped(matching(points, filter.value)
       .filter((p) => !marred.checked || ['bad', 'uncertain'].includes(kindOf(p, valueOf(p.id))))));
   const fetchPoints = () => pointsOf(name).then((found) => {
     points = found;
-    problem.paint(null);
+    problem.paint(null, 'points');
     const kept = points.filter((point) => point.kept).slice(0, 8).map((point) => point.name);
     trend.hidden = !kept.length;
     trend.href = trendsLink({points: kept.join(), range: '1h'});
@@ -50,13 +49,13 @@ function pointsPart(name, sought) {
     paint();
     if (sought) table.reveal(sought);
     sought = '';
-  }, (error) => problem.paint(error));
+  }, (error) => problem.paint(error, 'points'));
   const end = on('points', fetchPoints);
   fetchPoints();
   const controls = h('div', {class: 'controls no-print'},
       h('label', {class: 'hidden', for: 'filter'}, 'Filter the points'), filter,
       h('label', {class: 'check'}, marred, 'Only values that are not good'), trend);
-  return {element: section('Values', controls, problem.element, table.element), end: () => {
+  return {element: section('Values', controls, table.element), end: () => {
     end();
     table.end();
   }};
@@ -123,19 +122,26 @@ function facts(device, labels, answered, strip) {
   ];
 }
 
-/** The buttons of people who may operate the device. */
+/** Alarms of the gateway itself whose reason is in the sentences about the device. */
+const saidByAdvice = ['no answer', 'wrong device', 'another device'];
+
+/** The alarms of the device, and the buttons of people who may operate the device. */
 function actions(name) {
   let use = true;
   let waiting = [];
   const toggle = h('button', {type: 'button', hidden: true, onclick: () => setInUse(name, !use)});
   const seen = h('button', {type: 'button', hidden: true, onclick: () => acknowledge(waiting)});
+  const list = new Sentences();
   const refresh = () => allAlarms().then((alarms) => {
-    waiting = alarms.filter((alarm) => `${alarm.line}.${alarm.device}` === name && unseen(alarm)).map((alarm) => alarm.seq);
+    const mine = alarms.filter((alarm) => `${alarm.line}.${alarm.device}` === name);
+    waiting = mine.filter(unseen).map((alarm) => alarm.seq);
+    list.paint(mine.filter((alarm) => !saidByAdvice.includes(alarm.name)).map((alarm) => ({kind: alarm.state === 'returned' ? 'info'
+      : priorityMark[alarm.priority], from: `Alarm, ${alarm.priority}`, text: `${alarm.text}, since ${alarm.raised}${alarm.state === 'returned' ? ', over' : ''}`})));
     seen.hidden = !waiting.length || !may('acknowledge');
     setText(seen, waiting.length === 1 ? 'Acknowledge its alarm' : `Acknowledge its ${waiting.length} alarms`);
   }, () => {});
   refresh();
-  return {elements: [seen, toggle], ends: [on('alarms', refresh), on('acted', refresh)], paint: (device) => {
+  return {list: list.element, elements: [seen, toggle], ends: [on('alarms', refresh), on('acted', refresh)], paint: (device) => {
     use = device.state !== 'disabled';
     toggle.hidden = !may('disable');
     setText(toggle, use ? 'Disable …' : 'Enable …');
@@ -153,20 +159,22 @@ export function device(root, name, parameters) {
   const answered = age();
   const strip = new HourStrip();
   const chart = histogram();
-  const points = pointsPart(name, parameters.point);
+  const points = pointsPart(name, parameters.point, problem);
   const acts = actions(name);
   const exchanges = new DataTable({columns: exchangeColumns(false), key: (e) => e.key,
     caption: `Last exchanges of ${name}`, empty: 'No exchange yet.'});
   const communication = folded('Communication', figures.element, h('h3', {}, 'Last exchanges'), exchanges.element,
       h('h3', {}, 'Round trips'), chart.element);
-  root.append(crumbs(['Overview', '#/overview'], [line, lineLink(line)]), headline.element, about, problem.element,
-      advice.element, h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({device: name})}, 'Events of this device'), acts.elements),
+  const known = h('div', {}, acts.list, advice.element,
+      h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({device: name})}, 'Events of this device'), acts.elements),
       points.element, communication, mapPart(name));
+  root.append(crumbs(['Overview', '#/overview'], [line, lineLink(line)]), headline.element, about, problem.element, known);
   const ends = [points.end, ...acts.ends,
     watchStatus(name, (status) => {
       const mine = status.lines[0].devices[0];
       const resting = inMaintenance(mine, status.lines[0]);
       problem.paint(null);
+      known.hidden = false;
       headline.paint(resting ? 'off' : deviceTrouble(mine).shape, `${name}: ${stateWord(mine)}`);
       setText(about, `${mine.protocol}, address ${mine.address}, profile ${mine.profile}`
         + (mine.unit === null ? ', not on Modbus' : `, Modbus unit ${mine.unit}`));
@@ -175,7 +183,10 @@ export function device(root, name, parameters) {
       acts.paint(mine);
       figures.paint(facts(mine, status.labels.device, answered, strip));
       chart.paint(mine.round_trips);
-    }, (error) => problem.paint(error)),
+    }, (error) => {
+      problem.paint(error);
+      known.hidden = error.status === 404;
+    }),
     repeat(() => (communication.open ? get('recorded', {line, device: short}) : Promise.resolve(null)), (answer) => {
       if (answer) exchanges.paint(exchangesOf(answer.records).slice(-shownExchanges).reverse());
     }, () => {}, 1500),

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Turns the frames of a trace into whole exchanges: one request, its reply, their meaning and the outcome.
 
+import {inWords} from './format.js';
+import {offset, zoneName} from './zone.js';
+
 const form = /^(\S+) (\S+) ([<>=])\s?(.*)$/;
 
 const bytesOf = (hex) => hex.split(' ').filter(Boolean);
@@ -61,13 +64,21 @@ export function exchangesOf(records) {
   return records.slice(first).map((record) => reader.take(record)).filter(Boolean);
 }
 
+/** Writes the time of a trace, "07:13:43.598246" in UTC, in the shown zone. */
+function shownClock(time) {
+  const day = 24 * 60;
+  const minutes = Number(time.slice(0, 2)) * 60 + Number(time.slice(3, 5)) + Math.round(offset(Date.now()) / 60e3);
+  const shown = ((minutes % day) + day) % day;
+  return Number.isNaN(shown) ? time : `${String(Math.floor(shown / 60)).padStart(2, '0')}:${String(shown % 60).padStart(2, '0')}${time.slice(5)}`;
+}
+
 export function exchangeColumns(withDevice) {
   return [
-    {title: 'Time', class: 'time', text: (e) => e.time},
+    {title: `Time (${zoneName()})`, class: 'time', text: (e) => shownClock(e.time)},
     ...(withDevice ? [{title: 'Device', class: 'name', text: (e) => e.device}] : []),
     {title: 'Request', class: 'code', text: (e) => e.request},
     {title: 'Reply', class: 'code', text: (e) => e.reply || '–'},
     {title: 'Meaning', class: 'means', text: (e) => e.meaning},
-    {title: 'Outcome', class: 'outcome', text: (e) => e.outcome},
+    {title: 'Outcome', class: 'outcome', text: (e) => inWords(e.outcome)},
   ];
 }

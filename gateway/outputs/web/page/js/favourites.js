@@ -7,7 +7,7 @@ import {deviceLink, trendsLink} from './links.js';
 import {recall, remember} from './memory.js';
 import {Headline, Problem} from './parts.js';
 import {Spark, lastHour} from './spark.js';
-import {allPoints, kindOf, limitsOf, pointsOf, shownOf, valueOf} from './store.js';
+import {allPoints, kindOf, limitsOf, pointsOf, resting, shownOf, valueOf} from './store.js';
 import {qualityMark} from './format.js';
 
 const mostDevices = 12;
@@ -64,7 +64,7 @@ class Tile {
     const kind = kindOf(this.point, live);
     setText(this.value, shownOf(live) || '–');
     this.value.title = String(live.value);
-    setMark(this.shape, qualityMark[kind]);
+    setMark(this.shape, resting(live) ? 'off' : qualityMark[kind]);
     setText(this.quality, live.text);
     setClass(this.element, `tile ${kind}`);
     setAge(this.since, live.at);

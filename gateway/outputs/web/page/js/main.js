@@ -89,7 +89,7 @@ function login() {
   current = null;
   document.body.dataset.link = 'login';
   byId('alarm-bar').hidden = true;
-  byId('logout').hidden = true;
+  byId('logout').hidden = byId('who').hidden = true;
   byId('search').hidden = true;
   waiting = 0;
   name = 'Log in';
@@ -124,14 +124,19 @@ async function begin() {
   setText(byId('about'), `baudgate ${session.version || ''}`);
   if (session.needs_token && !session.logged_in) return login();
   byId('logout').hidden = !session.needs_token;
-  setText(byId('user'), session.user ? `${session.user}, ${session.role}` : '');
-  byId('user').hidden = !session.user;
+  setText(byId('who'), session.user ? `${session.user}, ${session.role}` : '');
+  byId('who').hidden = !session.user;
   byId('search').hidden = false;
   show(false);
   start();
   beginOnce();
 }
 
+addEventListener('keydown', (event) => {
+  if (event.key !== 'Escape' || menu.getAttribute('aria-expanded') !== 'true') return;
+  closeMenu();
+  menu.focus();
+});
 menu.addEventListener('click', () => menu.setAttribute('aria-expanded', String(menu.getAttribute('aria-expanded') !== 'true')));
 const zone = byId('zone');
 const local = new Intl.DateTimeFormat().resolvedOptions().timeZone || 'local';

@@ -7,7 +7,7 @@ import {h, setText} from './dom.js';
 import {session} from './session.js';
 import {valueOf} from './store.js';
 
-/** True if the user has a right: acknowledge, write, disable, release or confirm. */
+/** True if the user has a right: acknowledge, write, disable, release, confirm or writes (reading the audit of writes). */
 export const may = (what) => (session.may ? session.may.includes(what) : session[what] === true);
 
 /** Sends a request that acts; the gateway's reason becomes a notice. Returns the answer, or null. */

@@ -6,7 +6,7 @@ import {age, now, setAge} from './clock.js';
 import {linked} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, mark, setMark, setText} from './dom.js';
-import {ageText, civilSeconds, count, lineTrouble, plural, shareText} from './format.js';
+import {civilSeconds, count, lineTrouble, plural, shareText} from './format.js';
 import {deviceLink, lineLink} from './links.js';
 import {acknowledge, confirmTrial, endLoan, may, pressable, revertTrial, setInUse} from './operate.js';
 import {Headline, Problem, section} from './parts.js';
@@ -114,6 +114,12 @@ function health(status, list) {
   return [kind, `${list.length ? '' : 'All is well: '}${said.join(', ')}`];
 }
 
+/** Minutes and seconds: "4:35". */
+function countdown(ms) {
+  const s = Math.max(0, Math.ceil(ms / 1000));
+  return `${Math.floor(s / 60)}:${String(s % 60).padStart(2, '0')}`;
+}
+
 /** The trial of a configuration, with the time that is left. */
 export function trialPart() {
   const left = h('strong');
@@ -121,7 +127,7 @@ export function trialPart() {
   const element = h('p', {class: 'trial', hidden: true}, mark('warn'), h('span', {}, 'This configuration is on trial. The previous one comes back in ',
       left, ' unless somebody confirms this one', may('confirm') ? '.' : ' (`baudgate confirm`).'), may('confirm') ? buttons : null);
   let until = null;
-  const tick = () => until !== null && setText(left, ageText(until - now()));
+  const tick = () => until !== null && setText(left, countdown(until - now()));
   const timer = setInterval(tick, 500);
   return {element, end: () => clearInterval(timer), paint: (configuration) => {
     until = configuration?.confirm_until ? Date.parse(configuration.confirm_until) : null;

@@ -48,15 +48,18 @@ export class Sentences {
   }
 }
 
-/** The reason why a view cannot show its data: the gateway's sentence, or nothing. */
+/** The reasons why a view cannot show its data: the gateway's sentences, each once. */
 export class Problem {
   constructor() {
     this.element = h('p', {class: 'problem', role: 'alert', hidden: true});
+    this.texts = new Map();
   }
 
-  paint(error) {
+  /** `from` names the request that failed, or works again. */
+  paint(error, from = '') {
     // If the gateway cannot be reached, the banner on top reports that.
-    const text = error && error.status !== 0 && error.status !== 401 ? error.message : '';
+    this.texts.set(from, error && error.status !== 0 && error.status !== 401 ? error.message : '');
+    const text = [...new Set(this.texts.values())].filter(Boolean).join('\n');
     setText(this.element, text);
     this.element.hidden = !text;
   }

@@ -100,7 +100,8 @@ export class Plot {
     this.tip = h('div', {class: 'tip', hidden: true, 'aria-hidden': 'true'});
     this.none = h('p', {class: 'none', hidden: true});
     this.title = h('h2');
-    this.box = h('div', {class: 'plot'}, this.canvas, this.over, this.tip, this.none);
+    this.box = h('div', {class: 'plot', tabindex: '0', role: 'group', 'aria-label': 'Chart: the arrow keys move the cursor',
+      onkeydown: (event) => this.key(event), onblur: () => this.leave()}, this.canvas, this.over, this.tip, this.none);
     this.element = h('figure', {class: 'plot-figure'}, this.title, this.box);
     this.cursor = null;
     this.drag = null;
@@ -122,7 +123,7 @@ export class Plot {
    */
   show({title, curves, limits, marks, from, until}) {
     Object.assign(this, {curves, limits, marks, from, until});
-    this.title.replaceChildren(...title.flat());
+    this.title.replaceChildren(...title);
     this.paint();
   }
 
@@ -305,6 +306,16 @@ export class Plot {
     this.zoomed(...ends);
   }
 
+  /** The arrow keys move the cursor by a hundredth of the chart. */
+  key(event) {
+    const step = {ArrowLeft: -1, ArrowRight: 1}[event.key];
+    if (!step || !this.range) return;
+    event.preventDefault();
+    this.mine = true;
+    const length = this.until - this.from;
+    this.pointed(Math.min(this.until, Math.max(this.from, (this.cursor ?? this.until) + step * length / 100)));
+  }
+
   leave() {
     this.drag = null;
     this.mine = false;
@@ -349,7 +360,7 @@ export class Plot {
 
   paintTip(found, x) {
     const near = (this.until - this.from) / this.area.width * 6;
-    const marks = this.marks.filter((mark) => Math.abs(mark.time - this.cursor) < near).slice(0, 4);
+    const marks = this.marks.filter((mark) => Math.abs(mark.time - this.cursor) < near).slice(0, this.box.clientWidth < 500 ? 1 : 4);
     this.tip.replaceChildren(h('strong', {}, civil(Math.round(this.cursor)).replace(/\.\d+$/, '')),
         ...found.map(({number, name, series, row}) => h('div', {}, h('i', {class: `ink-${number}`}), `${name}: `,
             h('b', {}, row ? `${rounded(row[2])} ${series.unit}` : 'no value'),

@@ -9,14 +9,16 @@ import {deviceLink, trendsLink} from './links.js';
 import {may, write} from './operate.js';
 import {session} from './session.js';
 import {Spark, lastHour} from './spark.js';
-import {beyond, kindOf, limitsOf, shownOf, valueOf, writable} from './store.js';
+import {beyond, kindOf, limitsOf, resting, shownOf, valueOf, writable} from './store.js';
 
 /**
  * Up to this number of points all rows exist, so that the points of a device can be printed. The limit for all points is
  * smaller, because search results change with every letter.
  */
 const plainLimit = {device: 400, all: 40};
-const numeric = (point) => point.type !== 'bool' && !point.type.startsWith('string');
+
+/** True if trends can show the point: the gateway keeps it; or no history is kept, and the browser records it. */
+const hasTrend = (point) => point.kept || (!session.history && !point.write_only && !point.type.startsWith('string'));
 
 class Row {
   constructor(watch) {
@@ -68,7 +70,7 @@ class Row {
     this.star.paint(point.name);
     setText(this.name, full ? point.name : point.point);
     this.name.href = full ? deviceLink(point, point.point) : trendsLink({points: point.name, range: '1h'});
-    if (!full && (!numeric(point) || point.write_only)) this.name.removeAttribute('href');
+    if (!full && !hasTrend(point)) this.name.removeAttribute('href');
     setText(this.description, point.description || '');
     this.description.title = point.description || '';
     this.unit.data = point.unit || '';
@@ -104,12 +106,22 @@ class Row {
     const raw = live.value === null ? '' : `raw value ${live.value}`;
     if (this.value.title !== raw) this.value.title = raw;
     const passed = beyond(this.point, live);
-    setText(this.limit, passed ? `, ${passed.text}` : '');
+    setText(this.limit, passed ? `, ${passed.side === 'min' ? 'below' : passed.side === 'max' ? 'above' : passed.side} ${passed.value}` : '');
+    this.limit.title = passed?.text || '';
     if (this.quality.data !== live.text) this.quality.data = live.text;
-    setMark(this.shape, passed ? 'warn' : qualityMark[kind]);
-    setClass(this.element, `point-row ${kind}`);
+    setMark(this.shape, passed ? 'warn' : resting(live) ? 'off' : qualityMark[kind]);
+    setClass(this.element, `point-row ${kind}${resting(live) ? ' resting' : ''}`);
     setAge(this.age, live.at, this.point.write_only ? '–' : 'never');
   }
+}
+
+/** The number of characters from the decimal point on, of the longest value. */
+function longestFraction(points) {
+  return Math.max(3, ...points.map((point) => {
+    const live = !point.heading && valueOf(point.id);
+    const text = live && typeof live.value === 'number' && !point.states ? shownOf(live) : '';
+    return text.includes('.') ? text.length - text.indexOf('.') : 0;
+  }));
 }
 
 /** Columns of the table: [title, class, key of the order]. */
@@ -134,7 +146,8 @@ export class PointTable {
     });
     this.spacer = h('div', {role: 'rowgroup', class: 'point-rows'});
     const head = ([title, name, key]) => {
-      const content = sorted && key ? h('button', {type: 'button', class: 'sort', onclick: () => sorted(key)}, title)
+      const content = sorted && key
+        ? [h('button', {type: 'button', class: 'sort', onclick: () => sorted(key)}, title), h('span', {class: 'small-only'}, title)]
         : title || h('span', {class: 'hidden'}, name === 'star' ? 'Favourite' : 'Write');
       const cell = h('div', {role: 'columnheader', class: `p-${name}`}, content);
       if (key) this.heads.set(key, cell);
@@ -169,6 +182,7 @@ export class PointTable {
     this.table.setAttribute('aria-rowcount', points.length + 1);
     this.table.classList.toggle('acts', may('write') && points.some(writable));
     this.element.scrollTop = 0;
+    if (points.length <= plainLimit.device) this.table.style.setProperty('--fraction', longestFraction(points));
     this.layout();
   }
 

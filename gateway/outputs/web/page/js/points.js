@@ -7,6 +7,7 @@ import {h, mark, setText} from './dom.js';
 import {deviceLink, lineLink, pointsLink, replace} from './links.js';
 import {Headline, Problem, select} from './parts.js';
 import {PointTable} from './point_table.js';
+import {wish} from './search.js';
 import {allPoints, kindOf, matching, valueOf, writable, wordsOf} from './store.js';
 
 const mostFound = 8;
@@ -20,7 +21,8 @@ const orders = {
 };
 
 export function points(root, _, parameters) {
-  const chosen = {q: '', line: '', quality: '', writable: '', sort: '', ...parameters};
+  const nothing = {q: '', line: '', quality: '', writable: '', sort: ''};
+  const chosen = {...nothing, ...parameters};
   const headline = new Headline('Points');
   const problem = new Problem();
   const found = h('p', {class: 'about', role: 'status'}, 'Fetching the points …');
@@ -31,15 +33,25 @@ export function points(root, _, parameters) {
   }});
   let all = null;
   let list = [];
-  let things = [];
+  let things = null;
   let hits = [];
   const line = select('Line', [['', 'all']], '', (value) => change({line: value}));
   const quality = select('Quality', [['', 'all'], ['good', 'good'], ['poor', 'not good']], chosen.quality, (value) => change({quality: value}));
+  const sort = select('Sort by', [['', 'configuration'], ['name', 'name'], ['-value', 'smallest value'], ['value', 'largest value'], ['quality', 'worst quality'],
+    ['age', 'oldest']], chosen.sort, (value) => change({sort: value}));
+  sort.classList.add('small-only');
   const only = h('input', {type: 'checkbox', checked: Boolean(chosen.writable), onchange: () => change({writable: only.checked ? '1' : ''})});
   const change = (some = {}) => {
     Object.assign(chosen, some);
     replace(pointsLink(chosen));
     paint();
+  };
+  /** Opens the first thing found, as soon as everything is known, if the user has pressed Enter. */
+  const openFirst = () => {
+    if (!wish.text || wish.text !== chosen.q.trim() || !all || !things) return;
+    wish.text = '';
+    if (hits.length) location.hash = hits[0].href;
+    else if (list.length) location.hash = deviceLink(list[0], list[0].point);
   };
   const paint = () => {
     if (!all) return;
@@ -48,16 +60,17 @@ export function points(root, _, parameters) {
       || (chosen.quality === 'poor' && ['bad', 'uncertain'].includes(kindOf(point, valueOf(point.id))))));
     const key = chosen.sort.replace('-', '');
     if (orders[key]) list = [...list].sort(chosen.sort === key ? orders[key] : (a, b) => orders[key](b, a));
-    table.order(key, chosen.sort !== key);
+    table.order(key, (key === 'name') !== (chosen.sort === key));
     const filtered = chosen.line || chosen.writable || chosen.quality;
     setText(found, chosen.q ? `${count(list.length)} of ${count(all.length)} points have “${chosen.q}”`
       : filtered ? `${count(list.length)} of ${count(all.length)} points` : `${count(all.length)} points; the search box finds them by name and description`);
     table.paint(list);
     paintPlaces();
+    openFirst();
   };
   const paintPlaces = () => {
     const words = wordsOf(chosen.q);
-    hits = words.length ? things.filter(({name}) => words.every((word) => name.toLowerCase().includes(word))) : [];
+    hits = words.length && things ? things.filter(({name}) => words.every((word) => name.toLowerCase().includes(word))) : [];
     hits = hits.sort((a, b) => a.name.length - b.name.length).slice(0, mostFound);
     places.hidden = !hits.length;
     places.replaceChildren(...hits.map(({name, href, kind, state}, i) => h('li', {}, mark(kind), h('a', {href}, name), h('span', {class: 'about'}, state),
@@ -76,17 +89,26 @@ export function points(root, _, parameters) {
       ...one.devices.map((d) => ({name: `${one.name}.${d.name}`, href: deviceLink({line: one.name, device: d.name}),
         kind: deviceTrouble(d).shape, state: stateWord(d)}))]);
     paintPlaces();
-  }, () => {});
+    openFirst();
+  }, () => {
+    things = [];
+    openFirst();
+  });
   root.append(headline.element, problem.element, h('div', {class: 'controls no-print'}, line, quality,
-      h('label', {class: 'check'}, only, 'Writable'), found), places, table.element);
+      h('label', {class: 'check'}, only, 'Writable'), sort, found), places, table.element);
   fetchAll();
   fetchThings();
   const ends = [on('points', fetchAll), on('search', (query) => {
     chosen.q = query;
     paint();
-  }), on('open', () => {
-    if (hits.length) location.hash = hits[0].href;
-    else if (list.length) location.hash = deviceLink(list[0], list[0].point);
-  }), () => table.end()];
-  return () => ends.forEach((end) => end());
+  }), on('open', openFirst), () => table.end()];
+  return {
+    moved(now) {
+      Object.assign(chosen, nothing, now);
+      for (const [part, key] of [[line, 'line'], [quality, 'quality'], [sort, 'sort']]) part.querySelector('select').value = chosen[key];
+      only.checked = Boolean(chosen.writable);
+      paint();
+    },
+    end: () => ends.forEach((end) => end()),
+  };
 }

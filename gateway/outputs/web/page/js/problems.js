@@ -58,8 +58,9 @@ export function gatewayProblems(status) {
     const real = (sentences || []).filter((text) => !isNote(text));
     if (real.length) list.push(problem(`part ${subject}`, kind, subject, href, '', null, real));
   };
-  for (const [name, key] of [['DDS', 'dds'], ['Events', 'events'], ['History', 'history'], ['Configuration', 'configuration'],
-    ['Audit', 'audit'], ['Files', 'files'], ['Page', 'web'], ['MQTT', 'mqtt']]) add('warn', name, status[key]?.advice);
+  for (const [name, key, at] of [['DDS', 'dds', 'dds'], ['Events', 'events', 'records'], ['History', 'history', 'records'],
+    ['Audit', 'audit', 'records'], ['Configuration', 'configuration', 'configuration'], ['Files', 'files', ''], ['Page', 'web', ''],
+    ['MQTT', 'mqtt', '']]) add('warn', name, status[key]?.advice, `#/system${at && `?at=${at}`}`);
   for (const one of [...status.modbus.closed, ...(status.modbus.other_framing || [])]) add('bad', `Modbus ${one.listener}`, one.advice);
   for (const one of status.modbus.masters) add('warn', `Master on ${one.port}`, one.advice, '#/system?at=masters');
   for (const one of status.modbus.routes) add('warn', `Route ${one.units} to ${one.target}`, one.advice, '#/system?at=routes');
@@ -86,7 +87,7 @@ function ownerOf(alarm, list, status, away) {
 
 function score(one) {
   const places = one.alarms.map((alarm) => priorities.indexOf(alarm.priority) * 2 + (unseen(alarm) ? 0 : 1));
-  return Math.min(...(places.length ? places : [ofKind[one.kind] * 2 + 1]));
+  return Math.min(...(places.length ? places : [ofKind[one.kind] * 2 + 1])) + (one.over ? 0.5 : 0);
 }
 
 /** Returns the problems, worst first, those of one rank newest first. */

@@ -3,6 +3,9 @@
 import {emit} from './bus.js';
 import {parse, pointsLink, replace} from './links.js';
 
+/** The text for which Enter was pressed; the view of points opens the first thing that it finds. */
+export const wish = {text: ''};
+
 export function startSearch(form, input) {
   let before = '#/overview';
   let asked = 0;
@@ -18,12 +21,15 @@ export function startSearch(form, input) {
     }
   };
   input.addEventListener('input', () => {
+    wish.text = '';
     asked ||= requestAnimationFrame(search);
   });
   form.addEventListener('submit', (event) => {
     event.preventDefault();
+    cancelAnimationFrame(asked);
     search();
-    if (input.value) setTimeout(() => emit('open'));
+    wish.text = input.value.trim();
+    emit('open');
   });
   input.addEventListener('keydown', (event) => {
     if (event.key !== 'Escape') return;

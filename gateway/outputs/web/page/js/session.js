@@ -25,8 +25,13 @@ export function showLogin(main, done) {
   const secret = h('input', {id: 'token', type: 'password', autocomplete: 'current-password', required: true});
   const named = session.users
     ? [h('label', {for: 'user'}, 'User (empty for a token)'), user, h('label', {for: 'token'}, 'Password or token')]
-    : [h('label', {for: 'token'}, 'Token of this gateway (in the file that web.token names)')];
-  const form = h('form', {class: 'login'}, h('h1', {}, 'Log in'), ...named, secret, h('button', {type: 'submit'}, 'Log in'), problem);
+    : [h('label', {for: 'token'}, 'Token of this gateway')];
+  const from = session.users
+    ? ['Whoever runs the gateway makes users there: ', h('code', {}, 'baudgate users add NAME --role operator')]
+    : ['The token is the first line of the file that ', h('code', {}, 'web: { token: { file: … } }'), ' of the configuration names, often ',
+      h('code', {}, 'web.token'), '. Whoever runs the gateway can read it there.'];
+  const form = h('form', {class: 'login'}, h('h1', {}, `Log in${session.gateway ? ` to ${session.gateway}` : ''}`), ...named, secret,
+      h('button', {type: 'submit', class: 'strong'}, 'Log in'), problem, h('p', {class: 'about'}, from));
   form.addEventListener('submit', async (event) => {
     event.preventDefault();
     const name = user.value.trim();

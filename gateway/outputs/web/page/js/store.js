@@ -58,6 +58,9 @@ export const shownOf = ({value, shown}) => shown ?? (value === null ? '' : value
 /** good, uncertain or bad; none: the point can only be written. */
 export const kindOf = (point, live) => (point.write_only ? 'none' : qualityKind(live?.quality ?? 0));
 
+/** True if a value is bad because its device is in maintenance, which is no failure. */
+export const resting = (live) => (live.quality & 0xff) === 28;
+
 export const writable = (point) => point.access === 'write' || point.access === 'read_write';
 
 /** The limit that a good value has passed, if any. */
@@ -95,7 +98,8 @@ export function allPoints() {
 
 /** The limits of a point and the thresholds of its events: [{value, text}]. */
 export const limitsOf = (point) => (!point ? [] : [
-  ...(point.events || []).map(({on: side, value, alarm}) => ({value, side, alarm, text: `${side} ${value}${alarm && alarm !== 'off' ? `: alarm, ${alarm}` : ''}`})),
+  ...(point.events || []).map(({on: side, value, alarm}) => ({value, side, alarm,
+    text: `${side} ${value}${alarm && alarm !== 'off' ? ` (${alarm} alarm)` : ''}`})),
   ...['min', 'max'].filter((key) => typeof point[key] === 'number').map((key) => ({value: point[key], side: key, text: `${key} ${point[key]}`})),
 ]);
 

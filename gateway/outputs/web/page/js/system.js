@@ -5,10 +5,12 @@ import {age, now, setAge} from './clock.js';
 import {aged, counted, heardAgo} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, setText} from './dom.js';
-import {ageText, bytes, civilSeconds, count, named} from './format.js';
+import {ageText, bytes, civilSeconds, count, inWords, named} from './format.js';
 import {Facts, Headline, Problem, section, Sentences} from './parts.js';
+import {trialPart} from './overview.js';
 import {gatewayProblems} from './problems.js';
 import {watchStatus} from './status.js';
+import {zoneName} from './zone.js';
 
 const last = aged('Last', heardAgo);
 
@@ -28,7 +30,7 @@ const routeColumns = (labels) => [
   {title: 'Units', class: 'name', text: (r) => r.units},
   {title: 'Route to', text: (r) => r.target},
   ...named(labels).map(([title, text]) => ({title, class: 'num', text})),
-  {title: 'Last trouble', class: 'said', text: (r) => r.last_trouble || '–'},
+  {title: 'Last trouble', class: 'said', text: (r) => inWords(r.last_trouble) || '–'},
 ];
 
 /** Returns a row for a route, then a row for each of its units if clients have addressed more than one. */
@@ -54,7 +56,7 @@ function keptFacts(status) {
       + `${bytes(history.limit)}, ${count(history.dropped)} values dropped` : 'off'],
     ['History folder', history ? history.folder : '–'],
     ['Oldest day', history && history.oldest ? history.oldest.slice(0, 10) : '–'],
-    ['Audit', audit ? `${state(audit)}; ${audit.mode}, ${count(audit.lost)} records lost` : 'off'],
+    ['Audit', audit ? `${state(audit)}; ${audit.mode.replace('_', ' ')}, ${count(audit.lost)} records lost` : 'off'],
   ];
 }
 
@@ -75,8 +77,9 @@ function ddsFacts(dds) {
 
 function configurationPart() {
   const figures = new Facts();
-  const text = h('pre', {tabindex: '0', 'aria-label': 'Configuration in force'});
-  const trial = new Sentences();
+  const text = h('pre', {tabindex: '0', role: 'region', 'aria-label': 'Text of the configuration'});
+  const trial = trialPart();
+  const advice = new Sentences();
   const problem = new Problem();
   const left = age();
   let applied = null;
@@ -88,7 +91,8 @@ function configurationPart() {
     problem.paint(error);
   });
   return {
-    element: section('Configuration in force', trial.element, figures.element, problem.element, text),
+    element: section('Configuration in force', trial.element, advice.element, figures.element, problem.element, text),
+    end: trial.end,
     paint(configuration) {
       if (!configuration) {
         figures.paint([['File', 'none: this is the demo']]);
@@ -101,10 +105,8 @@ function configurationPart() {
       setAge(left, Date.parse(configuration.applied));
       figures.paint([['File', configuration.file], ['Applied', civilSeconds(configuration.applied)], ['In force since', left],
         ['On trial', configuration.confirm_until ? `until ${civilSeconds(configuration.confirm_until)}` : 'no']]);
-      trial.paint([
-        ...(configuration.confirm_until ? [{kind: 'warn', text: 'This configuration is on trial: the previous configuration comes back '
-          + `at ${civilSeconds(configuration.confirm_until)} unless you run \`baudgate confirm\`.`}] : []),
-        ...(configuration.not_the_file ? [configuration.not_the_file] : []), ...configuration.advice]);
+      trial.paint(configuration);
+      advice.paint([...(configuration.not_the_file ? [configuration.not_the_file] : []), ...configuration.advice]);
     },
   };
 }
@@ -124,20 +126,21 @@ export function system(root, _, {at}) {
   const masters = new DataTable({columns: masterColumns, key: (m) => m.port, caption: 'Serial masters',
     empty: 'There are no serial masters.'});
   const configuration = configurationPart();
+  const ddsPart = section('DDS', dds.element);
   const keptPart = section('Records on the disk', kept.element);
   root.append(headline.element, problem.element, advice.element, figures.element, section('Modbus clients', clients.element),
       routesPart, section('Serial masters', masters.element),
-      h('div', {class: 'side-by-side'}, section('DDS', dds.element), keptPart),
+      h('div', {class: 'side-by-side'}, ddsPart, keptPart),
       configuration.element);
-  let sought = {routes: routesPart, masters: masters.element, records: keptPart, configuration: configuration.element}[at];
-  return watchStatus('', (status) => {
+  let sought = {routes: routesPart, masters: masters.element, records: keptPart, dds: ddsPart, configuration: configuration.element}[at];
+  const end = watchStatus('', (status) => {
     const heard = now();
     problem.paint(null);
     const wrong = gatewayProblems(status);
     advice.paint(wrong.flatMap(({kind, subject, cause, remedy, more}) =>
       [{kind, from: subject, text: [cause, remedy].filter(Boolean).join('. ')}, ...more.map((text) => ({kind, from: subject, text}))]));
     headline.paint(wrong.length ? 'warn' : 'fine', `${status.gateway}: baudgate ${status.version}`);
-    figures.paint([['Running for', ageText(status.uptime_ms)], ['Clock of the gateway', civilSeconds(status.time)],
+    figures.paint([['Running for', ageText(status.uptime_ms)], [`Clock of the gateway (${zoneName()})`, civilSeconds(status.time)],
       ['Lines', count(status.lines.length)], ['Devices', count(status.lines.reduce((n, l) => n + l.devices.length, 0))]]);
     clients.paint(status.modbus.clients.map((c) => ({...c, heard})));
     if (!routes) {
@@ -153,4 +156,8 @@ export function system(root, _, {at}) {
     sought?.scrollIntoView();
     sought = null;
   }, (error) => problem.paint(error));
+  return () => {
+    configuration.end();
+    end();
+  };
 }

@@ -16,7 +16,7 @@ import {session} from './session.js';
 import {repeat} from './status.js';
 import {limitsOf, pointsOf} from './store.js';
 import {sample, trendTable} from './trend_table.js';
-import {momentOf, shownTime, zoneName} from './zone.js';
+import {calendar, momentOf, shownTime, zoneName} from './zone.js';
 
 const minute = 60e3;
 const hour = 60 * minute;
@@ -25,6 +25,7 @@ const ranges = {'15m': ['15 min', 15 * minute], '1h': ['1 h', hour], '6h': ['6 h
 const mostPixels = 1200;
 const shortest = 10e3;
 const longest = 20 * 365 * 24 * hour;
+const lowest = 230;
 const mostPages = 5;
 const marksPeriod = 15e3;
 const kinds = {high: 'bad', medium: 'warn', low: 'info'};
@@ -55,10 +56,11 @@ class Span {
 
   /** If the span ends at the present time, it moves with the time. */
   fix(from, until) {
-    const length = Math.min(longest, Math.max(shortest, until - from));
-    if (until >= now() - length / 100) return this.follow(length);
+    const end = Math.min(until, now());
+    const length = Math.min(longest, Math.max(shortest, end - from));
+    if (end >= now() - length / 100) return this.follow(length);
     this.length = length;
-    this.end = until;
+    this.end = end;
   }
 
   move(part) {
@@ -149,9 +151,13 @@ export function trends(root, _, given) {
   });
   const from = h('input', {type: 'datetime-local', step: '1', id: 'from', required: true});
   const until = h('input', {type: 'datetime-local', step: '1', id: 'until', required: true});
+  const dayButton = (text, days) => h('button', {type: 'button', onclick: () => {
+    picker.open = false;
+    go(() => span.fix(calendar(now(), {days}), calendar(now(), {days: days + 1})));
+  }}, text);
   const picker = h('details', {class: 'menu', ontoggle: () => picker.open && fillPicker()}, h('summary', {}, 'From … to'),
       h('form', {onsubmit: pickTime}, h('label', {for: 'from'}, `From (${zoneName()})`), from,
-          h('label', {for: 'until'}, `To (${zoneName()})`), until, h('button', {type: 'submit'}, 'Show')));
+          h('label', {for: 'until'}, `To (${zoneName()})`), until, h('p', {class: 'buttons'}, dayButton('Today', 0), dayButton('Yesterday', -1), h('button', {type: 'submit', class: 'strong'}, 'Show'))));
   const byCurve = h('input', {type: 'checkbox', checked: single, onchange: () => {
     single = byCurve.checked;
     address(replace);
@@ -232,7 +238,7 @@ export function trends(root, _, given) {
   /** The charts together fill the window below the controls. */
   function fit() {
     const room = innerHeight - charts.getBoundingClientRect().top - scrollY - 12;
-    charts.style.height = plots.size ? `${Math.max(room, plots.size * 190)}px` : '';
+    charts.style.height = plots.size ? `${Math.max(room, plots.size * lowest)}px` : '';
   }
 
   function paint() {
@@ -255,7 +261,7 @@ export function trends(root, _, given) {
       const devices = new Set(ones.map(({series}) => deviceOf(series.point)));
       plots.get(key).show({curves, from: begin, until: stop, marks: marks.filter((mark) => devices.has(mark.device)),
         limits: limitsFor(ones), title: [ones[0].series.unit || 'without a unit', ...curves.map(({number, name}) =>
-          [sample(number), ` ${name}`])]});
+          h('span', {}, sample(number), name))]});
     }
     table.paint(list);
     charts.dataset.drawn = ++drawn;
