@@ -61,6 +61,21 @@ std::optional<Access> AllowedAccess(const Point& point) {
   return point.access == Access::write ? std::nullopt : std::optional(Access::read);
 }
 
+std::size_t PlacesOf(const Point& point) {
+  return point.table == Table::bits ? 1 : RegisterCount(point);
+}
+
+std::vector<int> ReadFunctions(const Point& point) {
+  if (point.access == Access::write) return {};
+  return point.table == Table::bits ? std::vector{2, 1} : std::vector{4, 3};
+}
+
+std::vector<int> WriteFunctions(const Point& point) {
+  if (!point.writing.allowed) return {};
+  if (point.table == Table::bits) return {5, 15};
+  return PlacesOf(point) == 1 ? std::vector{6, 16} : std::vector{16};
+}
+
 std::string PeriodText(const Point& point) {
   return point.poll ? FormatDuration(*point.poll) : std::string(Name(point.group));
 }

@@ -312,6 +312,15 @@ std::string IecName(const Point& point);
 /// Returns the number of registers that a point occupies; 1 for a bit.
 std::size_t RegisterCount(const Point& point);
 
+// The registers or bits of a point in the gateway. Its address must be set (Point::modbus).
+
+/// Returns the number of registers, or 1 for a point in a bit table.
+std::size_t PlacesOf(const Point& point);
+/// Returns the Modbus functions that read the point, and those that write it, the usual one first;
+/// empty: none.
+std::vector<int> ReadFunctions(const Point& point);
+std::vector<int> WriteFunctions(const Point& point);
+
 struct IntegerRange {
   std::int64_t lowest = 0;
   std::uint64_t highest = 0;

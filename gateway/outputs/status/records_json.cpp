@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/status/records_json.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -184,7 +185,13 @@ Json AlarmJson(const events::Alarm& alarm) {
   json["changed"] = FormatWallTime(alarm.changed);
   json["text"] = alarm.text;
   json["acknowledged_by"] = alarm.by;
+  json["unacknowledged"] = events::IsUnacknowledged(alarm.state);
   return json;
+}
+
+Json WorstJson(const std::vector<events::Alarm>& alarms) {
+  const auto worst = std::ranges::min_element(alarms, events::IsWorse);
+  return worst == alarms.end() ? Json(nullptr) : AlarmJson(*worst);
 }
 
 Json PageJson(const events::Page& page) {
@@ -304,6 +311,16 @@ std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
   return Harmless(found->is_string() ? found->get<std::string>() : found->dump(), "\t\r\n");
 }
 
+/// Returns a time in a form that spreadsheets can read: "2026-09-21 14:13:20.000".
+std::string CsvTime(const nlohmann::ordered_json& record, const char* key) {
+  std::string time = FieldOf(record, key);
+  if (time.size() == 24) {
+    time[10] = ' ';
+    time.pop_back();
+  }
+  return time;
+}
+
 }  // namespace
 
 std::string HistoryCsvHead(bool spans) { return CsvLine(spans ? kSpanHead : kHead); }
@@ -318,13 +335,31 @@ std::string GapText(const nlohmann::ordered_json& record) {
   return "gap: the gateway was down until " + until;
 }
 
-std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans) {
-  std::string time = FieldOf(record, "time");
-  if (time.size() == 24) {
-    time[10] = ' ';
-    time.pop_back();
+std::string EventsCsvHead() {
+  static const std::vector<std::string> kEventHead = {"seq",
+                                                      "receive_time_utc",
+                                                      "device_time_utc",
+                                                      "clock_quality",
+                                                      "line",
+                                                      "device",
+                                                      "channel",
+                                                      "code",
+                                                      "kind",
+                                                      "text"};
+  return CsvLine(kEventHead);
+}
+
+std::string EventsCsvRow(const nlohmann::ordered_json& record) {
+  std::vector<std::string> row = {FieldOf(record, "seq"), CsvTime(record, "receive_time"),
+                                  CsvTime(record, "device_time")};
+  for (const char* key : {"clock_quality", "line", "device", "channel", "code", "state", "text"}) {
+    row.push_back(FieldOf(record, key));
   }
-  std::vector<std::string> row = {time};
+  return CsvLine(row);
+}
+
+std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans) {
+  std::vector<std::string> row = {CsvTime(record, "time")};
   const std::vector<std::string>& head = spans ? kSpanHead : kHead;
   for (std::size_t i = 1; i < head.size(); ++i) row.push_back(FieldOf(record, head[i].c_str()));
   if (!spans && record.contains("gap")) row[4] = GapText(record);

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "config/model/point.h"
 #include "gateway/records/audit/audit_source.h"
@@ -30,6 +31,8 @@ nlohmann::ordered_json PageJson(const audit::Page& page);
 nlohmann::ordered_json EventsJson(const events::EventsState& state);
 
 nlohmann::ordered_json AlarmJson(const events::Alarm& alarm);
+/// Returns the alarm that people should see first (events::IsWorse); null if there is no alarm.
+nlohmann::ordered_json WorstJson(const std::vector<events::Alarm>& alarms);
 
 /// Returns {"kind":"event","seq":7,…,"name":"trip","state":"read","values":[{"name":"trip_phases",
 ///  "value":4,"unit":"","quality":192,"quality_text":"good"}]}
@@ -59,6 +62,11 @@ std::string HistoryCsvHead(bool spans);
 /// Returns a row with its line end. Times have a form that spreadsheets can read; numbers are as in
 /// `record`.
 std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans);
+
+// EventsCsvHead and EventsCsvRow write the CSV of the web page's download of events.
+
+std::string EventsCsvHead();
+std::string EventsCsvRow(const nlohmann::ordered_json& record);
 
 /// Returns the text for a record with a gap, e.g. "gap: the gateway was down until …".
 std::string GapText(const nlohmann::ordered_json& record);

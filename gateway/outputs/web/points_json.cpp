@@ -162,11 +162,12 @@ nlohmann::ordered_json MapJson(const config::Device& device) {
   Json registers = Json::array();
   for (const config::Point& point : device.points) {
     if (!device.unit || !point.modbus) continue;
-    const bool bit = point.table == config::Table::bits;
     registers.push_back({{"point", point.name},
-                         {"table", bit ? "coil" : "holding"},
+                         {"table", config::TableName(point)},
+                         {"read_functions", config::ReadFunctions(point)},
+                         {"write_functions", config::WriteFunctions(point)},
                          {"address", *point.modbus},
-                         {"count", bit ? 1 : config::RegisterCount(point)},
+                         {"count", config::PlacesOf(point)},
                          {"type", config::Name(point.type)},
                          {"unit", point.unit},
                          {"access", AccessWord(point)}});

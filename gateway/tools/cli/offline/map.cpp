@@ -2,6 +2,7 @@
 #include "gateway/tools/cli/offline/map.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>
@@ -43,14 +44,12 @@ MapPlace PlaceOf(const config::Device& device, const config::Point& point) {
   MapPlace place;
   place.served = device.unit && point.modbus;
   if (!place.served) return place;
-  const bool writable = point.writing.allowed;
   place.bit = point.table == config::Table::bits;
   place.address = *point.modbus;
-  place.registers = place.bit ? 1 : static_cast<int>(config::RegisterCount(point));
+  place.registers = static_cast<int>(config::PlacesOf(point));
   place.tables = place.bit ? "discrete, coil" : "input, holding";
-  if (point.access != config::Access::write) place.read_codes = place.bit ? "2,1" : "4,3";
-  if (writable && place.bit) place.write_codes = "5,15";
-  if (writable && !place.bit) place.write_codes = place.registers == 1 ? "6,16" : "16";
+  place.read_codes = fmt::format("{}", fmt::join(config::ReadFunctions(point), ","));
+  place.write_codes = fmt::format("{}", fmt::join(config::WriteFunctions(point), ","));
   place.conventional = Conventional(place.bit ? '1' : '3', place.address) + "/" +
                        Conventional(place.bit ? '0' : '4', place.address);
   return place;

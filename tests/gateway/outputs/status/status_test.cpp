@@ -231,9 +231,40 @@ TEST_F(StatusTest, JsonHasEveryCounterUnderItsUsualName) {
   EXPECT_EQ(device["state"], "offline");
   EXPECT_EQ(device["last_outcome"], "no_reply");
   EXPECT_EQ(device["age_ms"], 12 * 60 * 1000);
-  EXPECT_EQ(device["points"], (Json{{"count", 2}, {"good", 0}, {"uncertain", 0}, {"bad", 2}}));
+  EXPECT_EQ(device["points"], (Json{{"count", 2},
+                                    {"good", 0},
+                                    {"uncertain", 0},
+                                    {"bad", 2},
+                                    {"write_only", 0},
+                                    {"maintenance", 0}}));
   EXPECT_FALSE(device.contains("values")) << "values come when the device is asked for";
   EXPECT_EQ(status["lines"][1]["devices"][0]["age_ms"], nullptr);
+}
+
+TEST_F(StatusTest, DevicesInMaintenanceAndWriteOnlyPointsAreCountedApart) {
+  const Json before = Status();
+  const std::size_t all = before["sums"]["devices"]["count"];
+  EXPECT_EQ(before["sums"]["devices"]["maintenance"], 0);
+  EXPECT_EQ(before["lines"][0]["maintenance"], nullptr);
+  store_.UpdateStatus(1,
+                      [](bus::DeviceStatus& status) { status.state = bus::DeviceState::disabled; });
+  Json status = Status();
+  const Json& device = status["lines"][0]["devices"][1];
+  EXPECT_EQ(device["maintenance"], "disabled");
+  EXPECT_EQ(device["state_text"], "in maintenance: disabled");
+  EXPECT_EQ(device["points"]["count"], 0);
+  EXPECT_EQ(device["points"]["bad"], 0);
+  EXPECT_EQ(device["points"]["maintenance"], 2);
+  EXPECT_EQ(status["sums"]["devices"]["count"], all);
+  EXPECT_EQ(status["sums"]["devices"]["maintenance"], 1);
+  EXPECT_EQ(status["sums"]["devices"]["offline"],
+            before["sums"]["devices"]["offline"].get<int>() - 1);
+  EXPECT_EQ(status["sums"]["points"]["bad"], before["sums"]["points"]["bad"].get<int>() - 2);
+  store_.UpdateLine(1, [](bus::LineStatus& line) { line.port = bus::LineStatus::Port::released; });
+  status = Status();
+  EXPECT_EQ(status["lines"][1]["maintenance"], "lent");
+  EXPECT_EQ(status["lines"][1]["devices"][0]["maintenance"], "lent");
+  EXPECT_EQ(status["lines"][1]["devices"][0]["points"]["count"], 0);
 }
 
 TEST_F(StatusTest, JsonHasBusyTimeAndRecentOutcomesOfADevice) {

@@ -409,6 +409,7 @@ using Json = nlohmann::ordered_json;
 Json Device(const std::string& name, const std::string& state, int ok, const std::string& says) {
   return {{"name", name},
           {"state", state},
+          {"maintenance", nullptr},
           {"recent", {{"exchanges", 32}, {"ok", ok}}},
           {"advice", Json::array({says})}};
 }
