@@ -10,6 +10,7 @@
 #include "config/events.h"
 #include "config/writing.h"
 #include "gateway/base/decimal.h"
+#include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {
@@ -150,6 +151,58 @@ std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems) {
   return sentinels;
 }
 
+// Longer texts would widen every table of values.
+constexpr std::size_t kLongestState = 32;
+constexpr std::size_t kMostStates = 64;
+
+/// Returns why `text` cannot stand for `value`; empty: it can.
+std::string WhyNoState(std::string_view text, const std::vector<StateText>& others) {
+  if (text.empty()) return "needs a text";
+  if (text.size() > kLongestState) {
+    return "has a text of more than " + std::to_string(kLongestState) + " bytes; write a short one";
+  }
+  if (WithoutControls(text) != text) return "has a text with control characters; remove them";
+  if (LooksLikeNumber(text)) {
+    return "has the number " + Quoted(text) + " for its text, which would be taken for the value";
+  }
+  const auto same = std::ranges::find(others, text, &StateText::text);
+  if (same == others.end()) return {};
+  return "has the same text as " + std::to_string(same->value) + "; write different texts";
+}
+
+/// Reads { 0: off, 3: run }.
+std::vector<StateText> ReadStates(const YamlNode& node, Problems& problems) {
+  std::vector<StateText> states;
+  const std::vector<Entry> entries = ReadEntries(node, "states", problems);
+  if (entries.size() > kMostStates) {
+    problems.Error(node.mark(),
+                   "states: at most " + std::to_string(kMostStates) + " values can have a text");
+    return states;
+  }
+  for (const Entry& entry : entries) {
+    const Mark mark = entry.value.source()->MarkAt(entry.place);
+    const std::string zero = WhyLeadingZero(entry.key);
+    const auto number = Decimal::Parse(entry.key);
+    const auto value = number && number->is_whole() ? number->ToInt64() : std::nullopt;
+    if (!zero.empty() || !value) {
+      problems.Error(mark,
+                     "states: " + Quoted(entry.key) + " " +
+                         (zero.empty() ? "is no whole number; write { 0: off, 3: run }" : zero));
+      continue;
+    }
+    const auto text = ReadText(entry.value, "states: " + entry.key, problems);
+    if (!text) continue;
+    std::string why = WhyNoState(*text, states);
+    if (std::ranges::find(states, *value, &StateText::value) != states.end()) why = "occurs twice";
+    if (!why.empty()) problems.Error(mark, "states: " + entry.key + " " + why);
+    if (why.empty()) states.push_back({*value, *text});
+  }
+  if (entries.empty() && node.kind() == YamlNode::Kind::map) {
+    problems.Error(node.mark(), "states: is empty; write { 0: off, 3: run }");
+  }
+  return states;
+}
+
 std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems) {
   return ReadParsed(node, "on_fault", problems, [](const std::string& text) -> Result<OnFault> {
     if (text == "nan") return OnFault{OnFault::Kind::nan, {}};
@@ -226,6 +279,8 @@ void ReadPlace(MapReader& map, Point& point) {
   // register.
   point.table = point.type == Type::boolean ? Table::bits : Table::registers;
   map.Read<&Point::table>(point);
+  const auto node = map.Get("table");
+  point.second_table = node && (node->text() == "holding" || node->text() == "coil");
 }
 
 void ReadMeaning(MapReader& map, Point& point) {
@@ -240,6 +295,8 @@ void ReadMeaning(MapReader& map, Point& point) {
   // `jump` has an effect only with recheck, so it switches recheck on.
   if (point.jump && !recheck && point.recheck == Recheck::off) point.recheck = Recheck::jump;
   Assign(point.description, map.Label("description"));
+  map.Read<&Point::precision>(point);
+  if (const auto node = map.Get("states")) point.states = ReadStates(*node, map.problems());
   if (const auto node = map.Get("sentinels")) {
     point.sentinels = ReadSentinels(*node, map.problems());
   }

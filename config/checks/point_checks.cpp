@@ -162,6 +162,27 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
   }
 }
 
+void CheckShown(const Point& point, const Keys& keys, Problems& problems) {
+  const auto error = [&](std::string_view key, const std::string& text) {
+    problems.Error(keys.MarkOf(key), std::string(key) + ": " + text);
+  };
+  const std::string type(Name(point.type));
+  const bool is_float = IsFloat(point.type);
+  if (point.precision && !is_float && (!IsNumber(point) || *point.precision > 0)) {
+    error("precision",
+          "only floats have decimals, but '" + point.name + "' is " + type + "; remove the key");
+  }
+  if (!keys.Has("states")) return;
+  if (is_float || point.type == Type::string) {
+    return error("states", "only values of an integer or bool can have texts, but '" + point.name +
+                               "' is " + type + "; remove the key");
+  }
+  for (const StateText& state : *point.states) {
+    if (RangeOf(point).Contains(state.value)) continue;
+    error("states", std::to_string(state.value) + " is no value of type " + type);
+  }
+}
+
 /// Reports keys that do not fit the point's access. A configuration may make a profile's point
 /// read-only with `access: r`; the profile's own keys for writing are then no error.
 void CheckAccess(const Point& point, const Keys& keys, Problems& problems) {
@@ -253,6 +274,7 @@ void CheckPoint(const Point& point, const protocols::Protocol* protocol, const K
   }
   CheckArithmetic(point, keys, problems);
   CheckOnFault(point, keys, problems);
+  CheckShown(point, keys, problems);
   CheckWriting(point, keys, problems);
   const bool complete = !point.read.empty() || !point.write.empty();
   if (!protocol || !complete) return;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/model/point.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "gateway/base/shown.h"
 
 namespace baudgate::config {
 namespace {
@@ -18,6 +21,59 @@ constexpr IntegerRange RangeOf() {
 std::string_view Name(Group group) {
   if (group == Group::again) return "again";
   return group < Group::own ? kWords<Group>[static_cast<std::size_t>(group)].word : "own";
+}
+
+namespace {
+
+bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
+
+std::optional<std::int64_t> WholeOf(const Value& value) {
+  const auto number = Decimal::Of(value);
+  if (!number || !number->is_whole()) return std::nullopt;
+  return number->ToInt64();
+}
+
+}  // namespace
+
+std::string ShownText(const Point& point, const Value& value) {
+  if (point.states) {
+    const auto whole = WholeOf(value);
+    const auto found = std::ranges::find_if(
+        *point.states, [&](const StateText& state) { return whole == state.value; });
+    if (found != point.states->end()) return found->text;
+  }
+  const auto* number = std::get_if<double>(&value);
+  if (number == nullptr) return ToText(value);
+  std::optional<int> decimals;
+  if (!IsFloat(point.type) && std::trunc(*number) == *number) decimals = 0;
+  if (point.precision) decimals = *point.precision;
+  return ShownNumber(*number, decimals);
+}
+
+std::string_view TableName(const Point& point) {
+  const bool second = point.second_table || point.access != Access::read;
+  if (point.table == Table::bits) return second ? "coil" : "discrete";
+  return second ? "holding" : "input";
+}
+
+std::optional<Access> AllowedAccess(const Point& point) {
+  if (point.writing.allowed) return point.access;
+  return point.access == Access::write ? std::nullopt : std::optional(Access::read);
+}
+
+std::size_t PlacesOf(const Point& point) {
+  return point.table == Table::bits ? 1 : RegisterCount(point);
+}
+
+std::vector<int> ReadFunctions(const Point& point) {
+  if (point.access == Access::write) return {};
+  return point.table == Table::bits ? std::vector{2, 1} : std::vector{4, 3};
+}
+
+std::vector<int> WriteFunctions(const Point& point) {
+  if (!point.writing.allowed) return {};
+  if (point.table == Table::bits) return {5, 15};
+  return PlacesOf(point) == 1 ? std::vector{6, 16} : std::vector{16};
 }
 
 std::string PeriodText(const Point& point) {

@@ -114,6 +114,18 @@ void VisitFields(const OnFault*, Visit visit) {
   visit(Field<&OnFault::value>());
 }
 
+/// The text that is shown for one value of a point: run for 3 in { 0: off, 3: run }.
+struct StateText {
+  std::int64_t value = 0;
+  std::string text;
+};
+
+template <typename Visit>
+void VisitFields(const StateText*, Visit visit) {
+  visit(Field<&StateText::value>());
+  visit(Field<&StateText::text>());
+}
+
 /// The value of a point of a simulated device: a fixed value, or a slow wave between two numbers.
 struct Simulate {
   double low = 0;
@@ -199,6 +211,10 @@ struct Point {
   Group group = Group::fast;
   Recheck recheck = Recheck::off;
   Table table = Table::registers;
+  /// The configuration names the second table of `table`: holding or coil.
+  bool second_table = false;
+  /// Digits after the decimal point of the shown value; empty: see ShownText.
+  std::optional<std::uint8_t> precision;
   /// The 0-based PDU address of the point in the gateway's registers. Empty: the point is not on
   /// Modbus.
   std::optional<std::uint16_t> modbus;
@@ -216,6 +232,7 @@ struct Point {
   std::optional<Decimal> jump;
   Decimal deadband = 0;  ///< DDS: smaller changes are not published; in units of the value
   std::vector<PointEvent> events;
+  Shared<std::vector<StateText>> states;
   Shared<Simulate> simulate;
   Shared<std::string> description;
   Mark mark;
@@ -248,8 +265,14 @@ void VisitFields(const Point*, Visit visit) {
   visit(Field<&Point::table>{
       .help = "input and holding show the same registers, discrete and coil the same bits",
       .fallback = "input; of bool discrete"});
+  visit(Field<&Point::second_table>{"table"});
   visit(Field<&Point::scale>{.help = "value = raw × scale + offset"});
   visit(Field<&Point::offset>{.help = "value = raw × scale + offset"});
+  visit(Field<&Point::precision>{"precision",
+                                 "digits after the decimal point of the value that is shown", 0, 9,
+                                 "four significant digits"});
+  visit(Field<&Point::states>{
+      .help = "texts that are shown for values of an integer or bool: { 0: off, 3: run }"});
   visit(Field<&Point::sentinels>{
       .help = "raw values that mean a quality: { 999: sensor_failure, 0xFFFF: not_connected }"});
   visit(Field<&Point::on_fault>{
@@ -265,6 +288,19 @@ void VisitFields(const Point*, Visit visit) {
   visit(Derived<&Point::mark>());
 }
 
+/// Returns the value as people see it in every output, without its unit: "12.25", "run", "true". A
+/// float without `precision` has four significant digits (ShownNumber). An empty text if there is
+/// no value. The quality has no effect: of a bad value, the last value is shown.
+std::string ShownText(const Point& point, const Value& value);
+
+/// Returns "input", "holding", "discrete" or "coil": the table that the configuration names; if it
+/// names none, the second table of points that can be written.
+std::string_view TableName(const Point& point);
+
+/// Returns the kinds of access that the configuration allows; nothing for a point that can only be
+/// written, and must not be.
+std::optional<Access> AllowedAccess(const Point& point);
+
 /// Returns "fast", or the point's own period: "250ms".
 std::string PeriodText(const Point& point);
 
@@ -275,6 +311,15 @@ std::string IecName(const Point& point);
 
 /// Returns the number of registers that a point occupies; 1 for a bit.
 std::size_t RegisterCount(const Point& point);
+
+// The registers or bits of a point in the gateway. Its address must be set (Point::modbus).
+
+/// Returns the number of registers, or 1 for a point in a bit table.
+std::size_t PlacesOf(const Point& point);
+/// Returns the Modbus functions that read the point, and those that write it, the usual one first;
+/// empty: none.
+std::vector<int> ReadFunctions(const Point& point);
+std::vector<int> WriteFunctions(const Point& point);
 
 struct IntegerRange {
   std::int64_t lowest = 0;

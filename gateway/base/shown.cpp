@@ -61,6 +61,32 @@ std::string FormatValue(double value) {
   return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, single).ptr);
 }
 
+std::string ShownNumber(double value, std::optional<int> decimals) {
+  if (!std::isfinite(value)) return {};
+  constexpr int kDigits = 4;
+  constexpr double kMostPlain = 1e15;
+  const auto write = [value](std::chars_format form, int digits) {
+    char buffer[64];
+    return std::string(buffer,
+                       std::to_chars(buffer, buffer + sizeof buffer, value, form, digits).ptr);
+  };
+  const std::string scientific = write(std::chars_format::scientific, kDigits - 1);
+  if (std::abs(value) >= kMostPlain) return scientific;
+  if (!decimals) {
+    // The exponent of the rounded number: 9.9996 is 1.000e+01.
+    int exponent = 0;
+    const char* const end = scientific.data() + scientific.size();
+    const char* digits = scientific.data() + scientific.find('e') + 1;
+    std::from_chars(*digits == '+' ? digits + 1 : digits, end, exponent);
+    if (exponent < -kDigits) return scientific;
+    decimals = std::max(0, kDigits - 1 - exponent);
+  }
+  std::string text = write(std::chars_format::fixed, *decimals);
+  const bool is_zero = text.find_first_of("123456789") == std::string::npos;
+  if (is_zero && text.starts_with('-')) text.erase(0, 1);
+  return text;
+}
+
 std::string FormatAge(Duration age) {
   const double seconds = std::max(0.0, std::chrono::duration<double>(age).count());
   if (seconds < 99.5) return WithUnit(seconds, "s");

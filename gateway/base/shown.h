@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,6 +17,11 @@ namespace baudgate {
 /// Formats a whole number below 1e15 with all its digits, and other numbers with at most nine
 /// digits: "1834523", "12.25"; "-" for NaN.
 std::string FormatValue(double value);
+/// Formats a number with this many digits after the decimal point. Without `decimals`: with four
+/// significant digits, but with all digits before the point: "0.5235", "12.25", "400.0", "123457".
+/// Zeros at the end stay, so that the width of a changing value stays. Numbers from 1e15 on, and
+/// without `decimals` those below 1e-4, have an exponent. An empty text for NaN and infinities.
+std::string ShownNumber(double value, std::optional<int> decimals = {});
 /// Returns "0.3 s", "12 s", "5 min", "3 h", "2 d".
 std::string FormatAge(Duration age);
 /// Returns "1 line", "2 lines".

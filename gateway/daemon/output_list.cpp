@@ -29,6 +29,7 @@ std::unique_ptr<outputs::Output> MakeWeb(const OutputLinks& links) {
     return catalog.FindProtocol(name);
   };
   if (links.reloader != nullptr) {
+    api.reload = links.reloader;
     api.configuration = [reloader = links.reloader] { return reloader->ConfigurationText(); };
   }
   outputs::DescriptorNeeds needs = links.needs(links.config);

@@ -188,6 +188,10 @@ void Reloader::Confirm(const std::string& by, Answered answered) {
   asio::post(loop_.io(), [this, by, answered = std::move(answered)] { answered(DoConfirm(by)); });
 }
 
+void Reloader::Revert(const std::string& by, Answered answered) {
+  asio::post(loop_.io(), [this, by, answered = std::move(answered)] { answered(DoRevert(by)); });
+}
+
 control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
   const auto text = file_.Read();
   if (!text) return Failed(kBadFile, options_.file + ": " + text.error());
@@ -307,11 +311,22 @@ std::string Reloader::OnTrial() const {
          " with 'baudgate confirm'";
 }
 
+control::ReloadAnswer Reloader::NoTrial() const {
+  return Failed(kBadFile, "no configuration waits to be confirmed" +
+                              (trial_.refused() ? ": " + state().not_the_file : std::string()));
+}
+
+control::ReloadAnswer Reloader::DoRevert(const std::string& by) {
+  if (!trial_.running()) return NoTrial();
+  control::ReloadAnswer answer;
+  answer.text = TakeBack(by + " has taken it back");
+  answer.ok = true;
+  answer.applied = true;
+  return answer;
+}
+
 control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
-  if (!trial_.running()) {
-    return Failed(kBadFile, "no configuration waits to be confirmed" +
-                                (trial_.refused() ? ": " + state().not_the_file : std::string()));
-  }
+  if (!trial_.running()) return NoTrial();
   if (const Status status = copies_.Keep({trial_.applied()->text}); !status) {
     return Failed(kCanNotBe, "the configuration cannot be confirmed: " + status.error());
   }
@@ -329,7 +344,10 @@ void Reloader::WatchTrial() {
   timer_.async_wait([this](const asio::error_code& stopped) {
     if (stopped || !trial_.running()) return;
     const auto why = trial_.Look(links_.healths(), ReadClocks().instant);
-    if (why) return TakeBack(*why);
+    if (why) {
+      TakeBack(*why);
+      return;
+    }
     WatchTrial();
   });
 }
@@ -363,9 +381,8 @@ void Reloader::OnFile(const Result<std::string>& text) {
   display_.Change([&](status::ReloadState& state) { state.file_changed = note; });
 }
 
-/// Applies the confirmed configuration again. The file is not written, because it belongs to the
-/// user.
-void Reloader::TakeBack(const std::string& why) {
+/// The file is not written, because it belongs to the user.
+std::string Reloader::TakeBack(const std::string& why) {
   options_.notify(fmt::format(
       "RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=going back from {} to the confirmed configuration",
       ReadClocks().instant.time_since_epoch() / 1us, options_.file));
@@ -391,6 +408,7 @@ void Reloader::TakeBack(const std::string& why) {
   log::Act(Level::warning, "{}", all);
   links_.tell(true, all);
   options_.notify(fmt::format("READY=1\nSTATUS={}; {}", options_.summary(), said));
+  return all;
 }
 
 }  // namespace baudgate::daemon

@@ -184,9 +184,10 @@ class Reloader final : public control::ReloadService {
   /// Ends the current work. Later requests are not answered. Idempotent.
   void Stop();
 
-  // Reload, Confirm and state are thread-safe.
+  // Reload, Confirm, Revert and state are thread-safe.
   void Reload(const control::ReloadAsk& ask, Answered answered) override;
   void Confirm(const std::string& by, Answered answered) override;
+  void Revert(const std::string& by, Answered answered) override;
   status::ReloadState state() const { return display_.StateAt(ReadClocks()); }
   /// Returns the text that runs, without its secrets.
   Result<std::string> ConfigurationText() const;
@@ -208,10 +209,13 @@ class Reloader final : public control::ReloadService {
   void FollowTrial();
   std::string OnTrial() const;
   control::ReloadAnswer DoConfirm(const std::string& by);
+  control::ReloadAnswer DoRevert(const std::string& by);
+  control::ReloadAnswer NoTrial() const;
   void WatchTrial();
   void WatchFiles();
   void OnFile(const Result<std::string>& text);
-  void TakeBack(const std::string& why);
+  /// Applies the confirmed configuration again. Returns a sentence that says so.
+  std::string TakeBack(const std::string& why);
   void ShowApplied();
 
   ReloadOptions options_;

@@ -70,6 +70,47 @@ TEST(Points, BooleansAreBitsUnlessConfiguredOtherwise) {
   EXPECT_EQ(OnePoint("read: A1, type: int16").table, config::Table::registers);
 }
 
+TEST(Points, ShowTheirValueWithPrecisionOrStates) {
+  using std::int64_t;
+  const auto shown = [](const std::string& keys, const Value& value) {
+    return config::ShownText(OnePoint("read: A1, " + keys), value);
+  };
+  EXPECT_EQ(shown("type: float32, precision: 2", 0.526), "0.53");
+  EXPECT_EQ(shown("type: float32, precision: 0", 12.5e6), "12500000");
+  EXPECT_EQ(shown("type: float32", 0.5234567), "0.5235");
+  EXPECT_EQ(shown("type: float32", 123456.7), "123457");
+  EXPECT_EQ(shown("type: int32", int64_t{1834523}), "1834523");
+  EXPECT_EQ(shown("type: int32", 1834523.0), "1834523") << "the history has doubles";
+  EXPECT_EQ(shown("type: uint64", std::uint64_t{18446744073709551615U}), "18446744073709551615");
+  EXPECT_EQ(shown("type: string(4)", std::string("v1.0")), "v1.0");
+  EXPECT_EQ(shown("type: float32, precision: 2", Value()), "");
+  const std::string states = "type: int16, states: { 0: off, 3: run, -1: test }";
+  EXPECT_EQ(shown(states, int64_t{3}), "run");
+  EXPECT_EQ(shown(states, int64_t{-1}), "test");
+  EXPECT_EQ(shown(states, 3.0), "run");
+  EXPECT_EQ(shown(states, int64_t{2}), "2") << "a value without a text is a number";
+  EXPECT_EQ(shown("type: bool, states: { 0: open, 1: closed }", true), "closed");
+  EXPECT_EQ(shown("type: bool, states: { 0: open }", true), "true");
+}
+
+TEST(Points, ShownKeysOfAConfigurationReplaceThoseOfTheProfile) {
+  const auto points = PointsOf(
+      "profile: relay, points: [{ name: current, precision: 3 }, "
+      "{ name: extra, read: A9, type: int16, states: { 1: on } }]");
+  EXPECT_EQ(points[0].precision, 3);
+  ASSERT_EQ(points.back().states->size(), 1U);
+  EXPECT_EQ(points.back().states->front().text, "on");
+}
+
+TEST(Points, TheTableIsTheNamedOneOrTheUsualOne) {
+  EXPECT_EQ(config::TableName(OnePoint("read: A1, type: bool, modbus: 1")), "discrete");
+  EXPECT_EQ(config::TableName(OnePoint("read: A1, type: bool, modbus: 1, table: coil")), "coil");
+  EXPECT_EQ(config::TableName(OnePoint("read: A1, type: int16, modbus: 1")), "input");
+  EXPECT_EQ(config::TableName(OnePoint("read: A1, type: int16, modbus: 1, table: holding")),
+            "holding");
+  EXPECT_EQ(config::TableName(OnePoint("read: A1, type: int16, modbus: 1, access: rw")), "holding");
+}
+
 TEST(Points, StringsHaveALengthAndAFixedSimulation) {
   const Point point = OnePoint("read: A1, type: string(9), modbus: 0, simulate: 12");
   EXPECT_EQ(point.text_length, 9U);

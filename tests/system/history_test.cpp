@@ -70,7 +70,8 @@ TEST_F(History, IsStoredAndReadBack) {
   EXPECT_TRUE(Records().back()["value"].is_number());
   EXPECT_TRUE(Records({"--since", "2200-01-01"}).empty());
   EXPECT_TRUE(Records({"--until", "2001-01-01"}).empty());
-  EXPECT_THAT(Ask({"--csv"}).output, StartsWith("time_utc,point,value,quality,quality_text\r\n20"));
+  EXPECT_THAT(Ask({"--csv"}).output,
+              StartsWith("time_utc,point,value,quality,quality_text,shown\r\n20"));
   EXPECT_THAT(Ask().output, HasSubstr("gap: the gateway was down until 20"));
   EXPECT_THAT(Ask({"--every", "15min", "--csv"}).output,
               StartsWith("time_utc,point,mean,min,max,first,last,count,seconds_good\r\n"));

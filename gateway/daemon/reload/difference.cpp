@@ -42,6 +42,9 @@ void WithoutWhatChangesInPlace(config::Line& line) {
       point.table = {};
       point.deadband = 0;
       point.description = {};
+      point.second_table = false;
+      point.precision.reset();
+      point.states = {};
     }
   }
 }

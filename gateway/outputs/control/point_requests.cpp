@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/control/point_requests.h"
 
+#include "gateway/base/decimal.h"
+#include "gateway/base/text.h"
 #include "gateway/outputs/control/request.h"
 
 namespace baudgate::control {
@@ -74,6 +76,23 @@ Result<status::Json> PointRequests::MayWrite(const config::Config& config,
   return status::Json{{"may_write", !denial}, {"reason", denial ? denial->text : ""}};
 }
 
+std::optional<std::string> PointRequests::WhyUnexpected(const status::Json& request,
+                                                        const bus::WriteAsk& ask) const {
+  if (!request.contains("expect")) return std::nullopt;
+  const std::string expected = TextOf(request, "expect");
+  const std::uint32_t point = ask.parts.front().point;
+  Value now;
+  std::string name;
+  store_.Read(ask.device, [&](const bus::DeviceRecord& record) {
+    now = record.points[point].value;
+    name = record.device->points[point].name;
+  });
+  const auto number = Decimal::Parse(expected);
+  if (ToText(now) == expected || (number && IsMeant(now, *number))) return std::nullopt;
+  return Quoted(name) + " is now " + (HasValue(now) ? ToText(now) : "without a value") + ", not " +
+         (expected.empty() ? "without a value" : expected) + "; look at the value again";
+}
+
 bool PointRequests::IsFresh(const bus::RequestId& id, Instant now, Answered answered) {
   using What = bus::RequestBook::Verdict::What;
   bus::RequestAnswer answer;
@@ -119,6 +138,19 @@ Status PointRequests::Write(const config::Config& config, const status::Json& re
   ask->abandoned = writer.left;
   ask->request = *id;
   if (*id && !IsFresh(**id, now, answered)) return {};
+  if (const auto why = WhyUnexpected(request, *ask)) {
+    sink_.OnNotTaken({.client = writer.name,
+                      .request = *id,
+                      .device = ask->device,
+                      .point = point,
+                      .value = ask->parts.front().value,
+                      .reason = *why});
+    const WriteResult result{WriteEnd::denied, *why};
+    status::Json denied = ToJson(result);
+    denied["needs"] = "expect";
+    Finish(*id, answered, result, denied);
+    return {};
+  }
   ask->done = [this, id = *id, answered](const WriteResult& result) {
     Finish(id, answered, result, ToJson(result));
   };

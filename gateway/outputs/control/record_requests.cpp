@@ -14,6 +14,8 @@
 namespace baudgate::control {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 /// Parses LINE[.DEVICE[.POINT]]. Names of lines, devices and points contain no dot.
 Result<events::AckQuery> Named(const std::string& target) {
   const auto parts = Split(target, '.');
@@ -67,7 +69,7 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
   const std::vector<events::Alarm> alarms = events.Alarms();
   events::AckQuery query;
   if (const auto seq = ParseInteger<std::int64_t>(target)) {
-    query.seq = *seq;
+    query.seqs = {*seq};
     if (std::ranges::find(alarms, *seq, &events::Alarm::seq) != alarms.end()) return query;
     return Error{"event " + target +
                  " has no alarm in the list; 'baudgate alarms' lists the alarms"};
@@ -85,6 +87,36 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
     return Error{found.error()};
   }
   return named;
+}
+
+/// Returns the query for the request `ack`, which has one of three members:
+///   `target`  see FindAlarms
+///   `line`    all alarms of the line, its devices and points
+///   `seq`     the numbers of alarms as a person has seen them. An alarm that has gone, or was
+///             raised again, is not selected.
+Result<events::AckQuery> AckOf(const Gateway& gateway, const Json& request) {
+  const std::size_t members = request.size() - 1;  // without `command`
+  if (members != 1) return Error{"name the alarms by 'target', 'line' or 'seq'"};
+  events::AckQuery query;
+  if (const auto seqs = request.find("seq"); seqs != request.end()) {
+    for (const Json& seq : *seqs) query.seqs.push_back(seq.get<std::int64_t>());
+    if (!query.seqs.empty() && query.seqs.size() <= events::kPage) return query;
+    return Error{"'seq' must have 1 to " + std::to_string(events::kPage) + " numbers"};
+  }
+  query.whole_line = request.contains("line");
+  if (!query.whole_line) {
+    return FindAlarms(*gateway.config, *gateway.info.events, TextOf(request, "target"));
+  }
+  query.line = TextOf(request, "line");
+  const std::vector<events::Alarm> alarms = gateway.info.events->Alarms();
+  const bool has_alarm = !query.line.empty() && std::ranges::any_of(alarms, [&](const auto& alarm) {
+    return query.Means(alarm);
+  });
+  if (has_alarm) return query;
+  const auto found = status::FindTarget(*gateway.config, query.line);
+  if (!found) return Error{found.error()};
+  if (found->device) return Error{Quoted(query.line) + " is a device; name a line"};
+  return query;
 }
 
 status::Json AckJson(const events::Acknowledged& done) {
@@ -178,14 +210,16 @@ Result<ReadPage> ReadTrends(const Json& request, const std::string& point, std::
 }
 
 Result<ReadPage> ReadSamples(const Json& request, const std::string& point,
-                             const history::HistorySource& history) {
+                             const KeptValues& kept) {
+  const history::HistorySource& history = *kept.history;
   history::PageQuery query{.point = point};
   if (const auto since = TimeOf(request, "since_ms")) query.since = history::ToMillis(*since);
   query.until = NumberOf(request, "until_ms").value_or(query.until);
   if (const auto next = CursorOf(request)) query.after = *next;
   const auto page = history.Read(query);
   if (!page) return Error{page.error()};
-  return ReadPage{status::PageJson(*page, point), page->known};
+  return ReadPage{status::PageJson(*page, point, status::PointNamed(kept.config, point)),
+                  page->known};
 }
 
 Json PastPage(const Json& request, events::PastQuery query, const KeptValues& kept) {
@@ -232,7 +266,7 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
     return ErrorJson(kUsage, "'every' must be a whole number of minutes, at most 31d");
   }
   auto page = every > 0 ? ReadTrends(request, point, every, *kept.history)
-                        : ReadSamples(request, point, *kept.history);
+                        : ReadSamples(request, point, kept);
   if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
   if (!page->known) {
     if (const Status its = KeepsPoint(point, kept.config); !its) {
@@ -306,6 +340,15 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
   events::PageQuery query;
   query.after = NumberOf(request.json, "after").value_or(0);
   query.since = TimeOf(request.json, "since_ms");
+  query.until = TimeOf(request.json, "until_ms");
+  query.text = TextOf(request.json, "text");
+  if (request.json.contains("kind")) {
+    const std::string kind = TextOf(request.json, "kind");
+    const auto& words = config::kWords<config::EventState>;
+    const auto found = std::ranges::find(words, kind, &config::Word<config::EventState>::word);
+    if (found == words.end()) return Refused(kUsage, "'kind' must be on, off or message");
+    query.state = found->meaning;
+  }
   const std::string target = TextOf(request.json, "target");
   const std::size_t dot = target.find('.');
   if (dot != std::string::npos) query.line = target.substr(0, dot);
@@ -332,13 +375,14 @@ Reply ShowAlarms(const Gateway& gateway, const Request& request) {
   // "fine".
   const events::EventsState state = gateway.info.events->state();
   Json json = AlarmsPage(*gateway.info.events, NumberOf(request.json, "after").value_or(0));
+  json["worst"] = status::WorstJson(gateway.info.events->Alarms());
   json["events"] = status::EventsJson(state);
   return {OneLine(json)};
 }
 
 Reply Acknowledge(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
-  auto query = FindAlarms(*gateway.config, *gateway.info.events, TextOf(request.json, "target"));
+  auto query = AckOf(gateway, request.json);
   if (!query) return Refused(kUnknown, query.error());
   query->by = request.client.name;
   gateway.info.events->Acknowledge(

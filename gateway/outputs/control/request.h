@@ -1,6 +1,6 @@
 // `Request` is a request of the control socket, `Gateway` contains the parts of the gateway that
 // requests use, and `Reply` is the answer to a request. ReloadService carries out the requests
-// `reload` and `confirm`.
+// `reload`, `confirm` and `revert`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -53,8 +53,8 @@ inline std::optional<WallTime> TimeOf(const status::Json& request, const char* k
   return WallTime(std::chrono::milliseconds(std::clamp(*time, -kMost, kMost)));
 }
 
-// The requests `reload` and `confirm`. The client gets its answer when the reload has ended, with
-// or without success. gateway/daemon/reloader.h carries them out.
+// The requests `reload`, `confirm` and `revert`. The client gets its answer when the reload has
+// ended, with or without success. gateway/daemon/reloader.h carries them out.
 //
 //   {"command":"reload","dry_run":false,"confirm_ms":60000}
 //   {"ok":true,"applied":true,"changes":["line bay-1: restarts: poll of feeder-1"],
@@ -88,6 +88,9 @@ class ReloadService {
   /// Confirms the last reload, so that it is not rolled back. Any thread may call it; `answered` is
   /// called once, on any thread.
   virtual void Confirm(const std::string& by, Answered answered) = 0;
+  /// Takes back a configuration on trial before its time is over. Any thread may call it;
+  /// `answered` is called once, on any thread.
+  virtual void Revert(const std::string& by, Answered answered) = 0;
 };
 
 /// The request for a trace of line `line`: after the answer, the client gets the line's records

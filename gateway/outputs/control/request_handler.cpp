@@ -336,6 +336,12 @@ Reply Confirm(const Gateway& gateway, const Request& request) {
   return {};
 }
 
+Reply Revert(const Gateway& gateway, const Request& request) {
+  if (gateway.reload == nullptr) return Refused(kUnavailable, kNoFile);
+  gateway.reload->Revert(request.client.name, Answer(request));
+  return {};
+}
+
 Reply Asked(const Status& status) { return status ? Reply{} : Refused(kUnknown, status.error()); }
 
 Reply Read(const Gateway& gateway, const Request& request) {
@@ -376,12 +382,16 @@ const std::vector<Command>& Commands() {
       {"read", read, {{"target"}}, Read},
       {"write",
        operate,
-       {{"target"}, {"value"}, {"confirm", flag}, {"client"}, {"seq", whole}},
+       {{"target"}, {"value"}, {"confirm", flag}, {"client"}, {"seq", whole}, {"expect"}},
        Write},
       {"may_write", read, {{"target"}, {"value"}}, MayWrite},
       {"ask", configure, {{"target"}, {"telegram"}, {"write", flag}}, Ask},
       {"writes", audit, {{"after", whole}, {"since_ms", whole}, {"order"}}, ShowWrites, true},
-      {"events", read, {{"after", whole}, {"since_ms", whole}, {"target"}}, ShowEvents, true},
+      {"events",
+       read,
+       {{"after", whole}, {"since_ms", whole}, {"until_ms", whole}, {"target"}, {"kind"}, {"text"}},
+       ShowEvents,
+       true},
       {"alarms", read, {{"after", whole}}, ShowAlarms},
       {"history",
        read,
@@ -393,7 +403,7 @@ const std::vector<Command>& Commands() {
        ShowHistory,
        true},
       {"kept_points", read, {{"pattern"}}, ShowKeptPoints},
-      {"ack", operate, {{"target"}}, Acknowledge},
+      {"ack", operate, {{"target"}, {"line"}, {"seq", wholes}}, Acknowledge},
       {"settings", read, {{"target"}}, ShowSettings},
       {"release",
        operate,
@@ -406,6 +416,7 @@ const std::vector<Command>& Commands() {
       {"recorded", read, {{"target"}, {"device"}}, ShowRecorded},
       {"reload", configure, {{"dry_run", flag}, {"confirm_ms", whole}}, Reload},
       {"confirm", configure, {}, Confirm},
+      {"revert", configure, {}, Revert},
   };
   return commands;
 }
@@ -429,14 +440,17 @@ bool Is(Type type, const status::Json& value) {
     case Type::whole:
       return IsWhole(value);
     case Type::two_wholes:
+    case Type::wholes:
       break;
   }
-  return value.is_array() && value.size() == 2 && std::all_of(value.begin(), value.end(), IsWhole);
+  const bool fits = type == Type::wholes || value.size() == 2;
+  return value.is_array() && fits && std::all_of(value.begin(), value.end(), IsWhole);
 }
 
 std::string_view Words(Type type) {
-  constexpr std::array<std::string_view, 4> kWords = {"a text in quotation marks", "true or false",
-                                                      "a whole number", "two whole numbers in [ ]"};
+  constexpr std::array<std::string_view, 5> kWords = {"a text in quotation marks", "true or false",
+                                                      "a whole number", "two whole numbers in [ ]",
+                                                      "a list of whole numbers in [ ]"};
   return kWords[static_cast<std::size_t>(type)];
 }
 

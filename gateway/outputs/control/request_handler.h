@@ -29,7 +29,7 @@ bool Wanted(const TraceWish& wish, const records::TraceRecord& record);
 // (docs/status-reference.md).
 
 struct Member {
-  enum class Type : std::uint8_t { text, flag, whole, two_wholes };
+  enum class Type : std::uint8_t { text, flag, whole, two_wholes, wholes };
   std::string_view name;
   Type type = Type::text;
 };
@@ -86,8 +86,8 @@ class RequestHandler {
   Reply Answer(std::string_view request, const bus::Writer& client, Now now, const Later& later);
   void Forget(const bus::Writer& client) { points_.Forget(client); }
   lines::LineControl& control() { return gateway()->control; }
-  /// Enables `reload` and `confirm`. To be called before the first request. `service` must outlive
-  /// this object.
+  /// Enables `reload`, `confirm` and `revert`. To be called before the first request. `service`
+  /// must outlive this object.
   void SetReload(ReloadService& service);
   /// Starts a thread that answers the commands with `reads_disk`, until StopReading.
   void ReadApart();

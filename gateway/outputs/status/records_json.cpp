@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/status/records_json.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -183,7 +184,13 @@ Json AlarmJson(const events::Alarm& alarm) {
   json["changed"] = FormatWallTime(alarm.changed);
   json["text"] = alarm.text;
   json["acknowledged_by"] = alarm.by;
+  json["unacknowledged"] = events::IsUnacknowledged(alarm.state);
   return json;
+}
+
+Json WorstJson(const std::vector<events::Alarm>& alarms) {
+  const auto worst = std::ranges::min_element(alarms, events::IsWorse);
+  return worst == alarms.end() ? Json(nullptr) : AlarmJson(*worst);
 }
 
 Json PageJson(const events::Page& page) {
@@ -218,7 +225,8 @@ Json AdviceOf(const history::HistoryState& state) {
 
 /// Returns a record of the history. The value and the quality of a gap are null, because they are
 /// unknown.
-Json RecordJson(const history::HistoryRecord& record, const std::string& point) {
+Json RecordJson(const history::HistoryRecord& record, const std::string& point,
+                const config::Point* its) {
   Json json = {{"time", FormatWallTime(history::ToWall(record.entry.time))}, {"point", point}};
   if (record.gap) {
     json["value"] = nullptr;
@@ -228,6 +236,8 @@ Json RecordJson(const history::HistoryRecord& record, const std::string& point) 
     return json;
   }
   json["value"] = ValueJson(record.entry.value);
+  json["shown"] =
+      its != nullptr ? config::ShownText(*its, record.entry.value) : ToText(record.entry.value);
   json["quality"] = record.entry.quality.word();
   json["quality_text"] = Name(record.entry.quality);
   return json;
@@ -256,10 +266,10 @@ Json HistoryJson(const history::HistoryState& state) {
   return json;
 }
 
-Json PageJson(const history::Page& page, const std::string& point) {
+Json PageJson(const history::Page& page, const std::string& point, const config::Point* its) {
   Json records = Json::array();
   for (const history::HistoryRecord& record : page.records) {
-    records.push_back(RecordJson(record, point));
+    records.push_back(RecordJson(record, point, its));
   }
   Json unread = Json::array();
   for (const history::UnreadFile& file : page.unread) unread.push_back(file.text);
@@ -290,13 +300,24 @@ namespace {
 
 const std::vector<std::string> kSpanHead = {"time_utc", "point", "mean",  "min",         "max",
                                             "first",    "last",  "count", "seconds_good"};
-const std::vector<std::string> kHead = {"time_utc", "point", "value", "quality", "quality_text"};
+const std::vector<std::string> kHead = {"time_utc", "point",        "value",
+                                        "quality",  "quality_text", "shown"};
 
 std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
   const auto found = record.find(key);
   if (found == record.end() || found->is_null()) return {};
   // Tabs and line ends of a text stay, because a CSV cell can contain them.
   return Harmless(found->is_string() ? found->get<std::string>() : found->dump(), "\t\r\n");
+}
+
+/// Returns a time in a form that spreadsheets can read: "2026-09-21 14:13:20.000".
+std::string CsvTime(const nlohmann::ordered_json& record, const char* key) {
+  std::string time = FieldOf(record, key);
+  if (time.size() == 24) {
+    time[10] = ' ';
+    time.pop_back();
+  }
+  return time;
 }
 
 }  // namespace
@@ -313,16 +334,34 @@ std::string GapText(const nlohmann::ordered_json& record) {
   return "gap: the gateway was down until " + until;
 }
 
-std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans) {
-  std::string time = FieldOf(record, "time");
-  if (time.size() == 24) {
-    time[10] = ' ';
-    time.pop_back();
+std::string EventsCsvHead() {
+  static const std::vector<std::string> kEventHead = {"seq",
+                                                      "receive_time_utc",
+                                                      "device_time_utc",
+                                                      "clock_quality",
+                                                      "line",
+                                                      "device",
+                                                      "channel",
+                                                      "code",
+                                                      "kind",
+                                                      "text"};
+  return CsvLine(kEventHead);
+}
+
+std::string EventsCsvRow(const nlohmann::ordered_json& record) {
+  std::vector<std::string> row = {FieldOf(record, "seq"), CsvTime(record, "receive_time"),
+                                  CsvTime(record, "device_time")};
+  for (const char* key : {"clock_quality", "line", "device", "channel", "code", "state", "text"}) {
+    row.push_back(FieldOf(record, key));
   }
-  std::vector<std::string> row = {time};
+  return CsvLine(row);
+}
+
+std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans) {
+  std::vector<std::string> row = {CsvTime(record, "time")};
   const std::vector<std::string>& head = spans ? kSpanHead : kHead;
   for (std::size_t i = 1; i < head.size(); ++i) row.push_back(FieldOf(record, head[i].c_str()));
-  if (!spans && record.contains("gap")) row.back() = GapText(record);
+  if (!spans && record.contains("gap")) row[4] = GapText(record);
   return CsvLine(row);
 }
 

@@ -60,15 +60,58 @@ Json SinceJson(std::optional<Duration> age) {
   return age ? Json(InMilliseconds(*age)) : Json(nullptr);
 }
 
-Json PointsJson(const bus::DeviceRecord& record, Instant now) {
+/// Returns why a device is in maintenance, so that people expect no values of it: "disabled" or
+/// "lent" (its port); empty: it is not.
+std::string_view MaintenanceOf(const bus::LineStatus& line, const bus::DeviceStatus& device) {
+  if (device.state == bus::DeviceState::disabled) return "disabled";
+  return line.port == bus::LineStatus::Port::released ? "lent" : "";
+}
+
+Json WordJson(std::string_view word) { return word.empty() ? Json(nullptr) : Json(word); }
+
+/// Counts the points of a device. `count` is the sum of good, uncertain and bad: points that are
+/// never read, and points of a device in maintenance, are counted apart.
+Json PointsJson(const bus::DeviceRecord& record, bool maintained, Instant now) {
   std::size_t good = 0;
   std::size_t uncertain = 0;
   std::size_t bad = 0;
+  std::size_t write_only = 0;
+  std::size_t maintenance = 0;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
-    const Quality quality = QualityAt(record, i, now);
-    ++(IsGood(quality) ? good : IsUncertain(quality) ? uncertain : bad);
+    if (record.device->points[i].access == config::Access::write) {
+      ++write_only;
+    } else if (maintained) {
+      ++maintenance;
+    } else {
+      const Quality quality = QualityAt(record, i, now);
+      ++(IsGood(quality) ? good : IsUncertain(quality) ? uncertain : bad);
+    }
   }
-  return {{"count", record.points.size()}, {"good", good}, {"uncertain", uncertain}, {"bad", bad}};
+  return {{"count", good + uncertain + bad}, {"good", good},
+          {"uncertain", uncertain},          {"bad", bad},
+          {"write_only", write_only},        {"maintenance", maintenance}};
+}
+
+/// Returns the numbers of devices by state, and of points, over the lines.
+Json SumsJson(const Json& lines) {
+  Json devices = {{"count", 0},   {"online", 0},     {"degraded", 0},
+                  {"offline", 0}, {"never_seen", 0}, {"maintenance", 0}};
+  Json points = {{"count", 0}, {"good", 0},       {"uncertain", 0},
+                 {"bad", 0},   {"write_only", 0}, {"maintenance", 0}};
+  const auto add = [](Json& to, const Json& number) {
+    to = to.get<std::size_t>() + number.get<std::size_t>();
+  };
+  for (const Json& line : lines) {
+    for (const Json& device : line["devices"]) {
+      std::string state = device["state"];
+      if (!device["maintenance"].is_null()) state = "maintenance";
+      std::ranges::replace(state, ' ', '_');
+      add(devices["count"], 1);
+      add(devices[state], 1);
+      for (auto& [key, sum] : points.items()) add(sum, device["points"][key]);
+    }
+  }
+  return {{"devices", std::move(devices)}, {"points", std::move(points)}};
 }
 
 Json ValuesJson(const bus::DeviceRecord& record, Instant now) {
@@ -94,7 +137,12 @@ Json DeviceJson(const bus::LineStatus& line, const bus::DeviceRecord& record,
   json["profile"] = record.device->profile;
   json["unit"] = record.device->unit ? Json(*record.device->unit) : Json(nullptr);
   AddFields(record.status, view.now, json);
-  json["points"] = PointsJson(record, view.now.instant);
+  const std::string_view maintenance = MaintenanceOf(line, record.status);
+  json["maintenance"] = WordJson(maintenance);
+  json["state_text"] = maintenance.empty()     ? std::string(Name(record.status.state))
+                       : maintenance == "lent" ? "in maintenance: port lent"
+                                               : "in maintenance: disabled";
+  json["points"] = PointsJson(record, !maintenance.empty(), view.now.instant);
   if (view.with_values) json["values"] = ValuesJson(record, view.now.instant);
   json["advice"] = diagnosis::DiagnoseDevice(line, record, devices, view.now, view.info.started);
   return json;
@@ -165,6 +213,7 @@ Json LineJson(const config::Config& config, const bus::PointStore& store, Target
   json["released_until"] = status.port == bus::LineStatus::Port::released
                                ? TimeJson(status.released_until)
                                : Json(nullptr);
+  json["maintenance"] = WordJson(status.port == bus::LineStatus::Port::released ? "lent" : "");
   json["modem"] = ModemJson(status.modem);
   Json& services = json["services"] = Json::array();
   for (const bus::PortService& service : status.services) services.push_back(ServiceJson(service));
@@ -178,7 +227,9 @@ Json LineJson(const config::Config& config, const bus::PointStore& store, Target
   return json;
 }
 
-Json ReloadJson(const ReloadState& state) {
+Json ReloadJson(const ReloadState& state, WallTime now) {
+  std::optional<Duration> left;
+  if (state.confirm_until) left = std::max(Duration{}, Duration(*state.confirm_until - now));
   Json advice = Json::array();
   if (state.confirm_until) {
     advice.push_back("is on trial: the previous configuration comes back at " +
@@ -196,6 +247,7 @@ Json ReloadJson(const ReloadState& state) {
           {"folder", state.folder},
           {"applied", TimeJson(state.applied)},
           {"confirm_until", state.confirm_until ? TimeJson(*state.confirm_until) : Json(nullptr)},
+          {"confirm_left_ms", left ? Json(InMilliseconds(*left)) : Json(nullptr)},
           {"not_the_file", state.not_the_file},
           {"file_changed", state.file_changed},
           {"not_kept", state.not_kept},
@@ -211,9 +263,10 @@ Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now) 
   const Quality quality = QualityAt(record, index, now);
   return {{"point", point.name},
           {"value", ValueJson(record.points[index].value)},
+          {"shown", config::ShownText(point, record.points[index].value)},
           {"unit", point.unit},
           {"quality", quality.word()},
-          {"quality_text", Name(quality)},
+          {"quality_text", QualityText(point, quality)},
           {"age_ms", SinceJson(AgeAt(record, index, now))}};
 }
 
@@ -230,6 +283,7 @@ Json StatusJson(const config::Config& config, const bus::PointStore& store, cons
     if (target ? target->line != line : config.lines[line].name.empty()) continue;
     lines.push_back(LineJson(config, store, target.value_or(Target{line}), view));
   }
+  json["sums"] = SumsJson(lines);
   json["labels"] = {{"line", LabelsJson<bus::LineStatus>()},
                     {"device", LabelsJson<bus::DeviceStatus>()}};
   if (info.outputs != nullptr) {
@@ -241,7 +295,7 @@ Json StatusJson(const config::Config& config, const bus::PointStore& store, cons
   json["audit"] = info.audit ? AuditJson(info.audit->state()) : Json(nullptr);
   json["events"] = info.events ? EventsJson(info.events->state()) : Json(nullptr);
   json["history"] = info.history ? HistoryJson(info.history->state()) : Json(nullptr);
-  json["configuration"] = info.reload ? ReloadJson(info.reload()) : Json(nullptr);
+  json["configuration"] = info.reload ? ReloadJson(info.reload(), now.wall) : Json(nullptr);
   json["files"] = info.files ? FilesJson(info.files()) : Json(nullptr);
   return json;
 }

@@ -80,8 +80,8 @@ struct GatewayInfo {
   audit::SecurityJournal* journal = nullptr;  ///< null: the acts of users are not recorded
 };
 
-/// Returns
-/// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}
+/// Returns {"point":"current_l1","value":0.52,"shown":"0.5200","unit":"xIn","quality":192,
+/// "quality_text":"good","age_ms":120}
 Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now);
 
 /// Returns the status of everything; if `target` is given, only that of one line, or of one device

@@ -76,6 +76,17 @@ Result<PointTarget> FindPoint(const config::Config& config, std::string_view tex
                DidYouMean(name, names) + " its points: " + Join(names)};
 }
 
+const config::Point* PointNamed(const config::Config& config, std::string_view text) {
+  const auto parts = Split(text, '.');
+  if (parts.size() != 3) return nullptr;
+  const auto line = std::ranges::find(config.lines, parts[0], &config::Line::name);
+  if (line == config.lines.end()) return nullptr;
+  const auto device = std::ranges::find(line->devices, parts[1], &config::Device::name);
+  if (device == line->devices.end()) return nullptr;
+  const auto point = std::ranges::find(device->points, parts[2], &config::Point::name);
+  return point == device->points.end() ? nullptr : &*point;
+}
+
 Result<PointsTarget> FindPoints(const config::Config& config, std::string_view text) {
   const bool whole = std::ranges::count(text, '.') == 1;
   if (!whole) {

@@ -37,6 +37,8 @@ struct PointTarget {
   std::uint32_t point = 0;
 };
 Result<PointTarget> FindPoint(const config::Config& config, std::string_view text);
+/// Returns the point LINE.DEVICE.POINT; null if the configuration has no such point.
+const config::Point* PointNamed(const config::Config& config, std::string_view text);
 
 /// Returns LINE.DEVICE.POINT for each point that matches `pattern`. The pattern has the same form;
 /// each of its parts can contain * and ?.

@@ -16,6 +16,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "config/model/point.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 #include "gateway/bus/points/device_status.h"
@@ -44,6 +45,11 @@ inline nlohmann::ordered_json ValueJson(const Value& value) {
   if (const auto* text = std::get_if<std::string>(&value)) return *text;
   const auto* number = std::get_if<double>(&value);
   return number != nullptr && std::isfinite(*number) ? Json(*number) : Json(nullptr);
+}
+
+/// Returns the name of the quality for people; "write only" for a point that is never read.
+inline std::string QualityText(const config::Point& point, Quality quality) {
+  return point.access == config::Access::write ? "write only" : Name(quality);
 }
 
 // JsonOf converts a member whose JSON is an object or an array.

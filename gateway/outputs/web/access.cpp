@@ -228,8 +228,8 @@ constexpr std::string_view kSessions = "/api/v1/sessions";
 constexpr std::string_view kEndSession = "/api/v1/sessions/end";
 
 bool IsPost(std::string_view path) {
-  return path == kLogin || path == kLogout || path == Access::kAcknowledge ||
-         path == Access::kWrite || path == kEndSession;
+  return path == kLogin || path == kLogout || path == Access::kAcknowledge || path == kEndSession ||
+         OperationAt(path) != nullptr;
 }
 
 /// Decodes a value of an HTML form, e.g. "a%20b+c".
@@ -280,6 +280,11 @@ Response WaitAMinute() {
 }
 
 }  // namespace
+
+const Operation* OperationAt(std::string_view path) {
+  const auto found = std::ranges::find(kOperations, path, &Operation::path);
+  return found == kOperations.end() ? nullptr : &*found;
+}
 
 std::shared_ptr<const config::Web> Access::web() const {
   const MutexLock lock(mutex_);
@@ -378,7 +383,7 @@ std::optional<Response> Access::Answer(const Request& request, const Now& now) {
   if (request.path == kLogin) return Login(request, now);
   if (request.path == kLogout) return Logout(request, now);
   if (request.path == kAcknowledge) return MayNotAcknowledge(request);
-  if (request.path == kWrite) return MayNotWrite(request);
+  if (const Operation* const its = OperationAt(request.path)) return MayNot(request, its->act);
   return std::nullopt;
 }
 
@@ -421,20 +426,25 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
           : "alarms cannot be acknowledged on this page; see web.acknowledge in the configuration");
 }
 
-std::optional<Response> Access::MayNotWrite(const Request& request) const {
-  if (MayOperate(request, false)) return std::nullopt;
-  if (!request.role || !May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
-  return Problem(
-      403,
-      "values can be written only over TLS (web.certificate, or a proxy in web.proxies), "
-      "or from the gateway's machine");
+std::optional<Response> Access::MayNot(const Request& request, Act act) const {
+  if (MayDo(request, act)) return std::nullopt;
+  if (!request.role || !May(*request.role, act)) return NeedsRole(request, act);
+  return Problem(403,
+                 request.path +
+                     " is possible only over TLS (web.certificate, or a proxy in web.proxies), or "
+                     "from the gateway's machine");
+}
+
+/// True if the request comes from a user with the role for this act, and nobody can read it.
+bool Access::MayDo(const Request& request, Act act) const {
+  return request.role && May(*request.role, act) && IsPrivate(*web(), request);
 }
 
 /// True if the request comes from a user who may operate, or from a client without a user if
 /// `everybody`, and nobody can read it.
 bool Access::MayOperate(const Request& request, bool everybody) const {
-  const bool may = request.role ? May(*request.role, Act::operate) : everybody;
-  return may && IsPrivate(*web(), request);
+  if (request.role) return MayDo(request, Act::operate);
+  return everybody && IsPrivate(*web(), request);
 }
 
 Response Access::Session(const Request& request) {
@@ -445,7 +455,15 @@ Response Access::Session(const Request& request) {
                {"user", request.user},
                {"role", request.role ? Name(*request.role) : ""},
                {"acknowledge", MayOperate(request, its->acknowledge)},
-               {"write", MayOperate(request, false)}};
+               {"write", MayDo(request, Act::operate)}};
+  Json& may = json["may"] = Json::array();
+  if (MayOperate(request, its->acknowledge)) may.push_back("acknowledge");
+  for (const Operation& one : kOperations) {
+    if (MayDo(request, one.act) && (may.empty() || may.back() != one.may)) may.push_back(one.may);
+  }
+  const bool configures = request.role && May(*request.role, Act::configure);
+  if (configures || (request.role && May(*request.role, Act::audit))) may.push_back("sessions");
+  if (configures) may.push_back("end_sessions");
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;

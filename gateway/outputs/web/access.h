@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -50,10 +51,30 @@ bool IsPrivate(const config::Web& web, const Request& request);
 /// is private.
 bool MayAcknowledge(const config::Web& web, const Request& request);
 
+/// A request by which a user operates the gateway. It is carried out as a command of the control
+/// socket (gateway/outputs/control).
+struct Operation {
+  std::string_view path;
+  Act act;
+  std::string_view may;      ///< the word for it in `may` of /api/v1/session
+  std::string_view command;  ///< name of the command
+  /// The member of the body that names the device or line; empty: the body is empty.
+  std::string_view member{};
+};
+inline constexpr std::array<Operation, 6> kOperations = {{
+    {"/api/v1/write", Act::operate, "write", "write", "point"},
+    {"/api/v1/devices/disable", Act::operate, "disable", "disable", "device"},
+    {"/api/v1/devices/enable", Act::operate, "disable", "enable", "device"},
+    {"/api/v1/lines/release", Act::operate, "release", "take_back", "line"},
+    {"/api/v1/reload/confirm", Act::configure, "confirm", "confirm"},
+    {"/api/v1/reload/revert", Act::configure, "confirm", "revert"},
+}};
+/// Returns null if the path is none of kOperations.
+const Operation* OperationAt(std::string_view path);
+
 class Access {
  public:
   static constexpr std::string_view kAcknowledge = "/api/v1/alarms/ack";
-  static constexpr std::string_view kWrite = "/api/v1/write";
   static constexpr std::size_t kMostHosts = 10'000;
 
   /// `journal` must outlive this object; null: logins are only in the log.
@@ -95,7 +116,8 @@ class Access {
   void Note(const char* kind, const std::string& who, const Request& request,
             const std::string& what, const std::string& result, const Now& now) const;
   std::optional<Response> MayNotAcknowledge(const Request& request) const;
-  std::optional<Response> MayNotWrite(const Request& request) const;
+  std::optional<Response> MayNot(const Request& request, Act act) const;
+  bool MayDo(const Request& request, Act act) const;
   bool MayOperate(const Request& request, bool everybody) const;
 
   const std::string version_;

@@ -72,6 +72,10 @@ namespace {
 
 using status::Json;
 
+bus::Writer WriterOf(const Request& request) {
+  return {request.Origin(), 0, {}, HostNumberOf(request.client()), request.role};
+}
+
 Response StreamResponse(std::shared_ptr<Stream> stream) {
   Response response;
   response.type = "text/event-stream";
@@ -89,7 +93,9 @@ LiveApi::LiveApi(const config::Config& config, Links links, asio::io_context& io
       io_(io),
       handler_(config, links_.store, links_.lines,
                links_.commands != nullptr ? *links_.commands : no_writes_, links_.info),
-      points_(links_.store, links_.info.events) {}
+      points_(links_.store, links_.info.events) {
+  if (links_.reload != nullptr) handler_.SetReload(*links_.reload);
+}
 
 const std::vector<LiveApi::Route>& LiveApi::Routes() {
   static const std::vector<Route> kRoutes = {
@@ -176,7 +182,7 @@ Response LiveApi::Points(const Request& request, Now now) {
     if (!device) return Problem(404, device.error());
     filter.device = *device;
   }
-  return JsonResponse(PointsJson(links_.store, filter, now));
+  return JsonResponse(PointsJson(links_.store, filter, config_->history, now));
 }
 
 Response LiveApi::PointsStream(const Request& request, Now now) {
@@ -242,34 +248,65 @@ Response LiveApi::Metrics(const Request&, Now now) {
 
 void LiveApi::Acknowledge(const Request& request, const Answered& answered) {
   const Json body = Json::parse(request.body, nullptr, false);
-  if (!body.is_object() || !body.contains("target") || !body["target"].is_string()) {
-    return answered(Problem(400, "write {\"target\":\"LINE.DEVICE\"}, or the number of an event"));
+  if (!body.is_object() || body.size() != 1) {
+    return answered(Problem(400,
+                            "write {\"seq\":[412,415]} with the numbers of alarms, "
+                            "{\"line\":\"LINE\"} or {\"target\":\"LINE.DEVICE\"}"));
   }
-  const Json ask = {{"command", "ack"}, {"target", body["target"]}};
-  const auto later = [answered](std::string text) { answered(ResponseOf(std::move(text))); };
-  const std::string text = ask.dump(-1, ' ', false, Json::error_handler_t::replace);
-  const control::Reply reply = handler_.Answer(text, {request.Origin()}, ReadClocks(), later);
-  if (!reply.text.empty()) answered(ResponseOf(reply.text));
+  Json ask = body;
+  ask["command"] = "ack";
+  Ask(ask, {request.Origin()}, answered);
 }
 
-void LiveApi::Write(const Request& request, const Answered& answered) {
-  const Json body = Json::parse(request.body, nullptr, false);
-  const bool whole = body.is_object() && body.contains("point") && body["point"].is_string() &&
-                     body.contains("value") && body["value"].is_primitive() &&
-                     !body["value"].is_null();
-  if (!whole) {
-    return answered(Problem(400, "write {\"point\":\"LINE.DEVICE.POINT\",\"value\":2}"));
-  }
-  const Json& value = body["value"];
-  Json ask = {{"command", "write"},
-              {"target", body["point"]},
-              {"value", value.is_string() ? value.get<std::string>() : value.dump()}};
-  if (body.contains("confirm")) ask["confirm"] = body["confirm"];
+void LiveApi::Ask(const Json& ask, const bus::Writer& writer, const Answered& answered) {
   const auto later = [answered](std::string text) { answered(ResponseOf(std::move(text))); };
-  const bus::Writer writer{request.Origin(), 0, {}, HostNumberOf(request.client()), request.role};
   const control::Reply reply = handler_.Answer(
       ask.dump(-1, ' ', false, Json::error_handler_t::replace), writer, ReadClocks(), later);
   if (!reply.text.empty()) answered(ResponseOf(reply.text));
+}
+
+namespace {
+
+std::string TextFor(const Json& value) {
+  if (value.is_null()) return {};
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+/// Converts {"point": "LINE.DEVICE.POINT", "value": 2, "expect": 1, "confirm": true}.
+Result<Json> WriteOf(const Json& body) {
+  const auto is_value = [&](const char* key) {
+    return body.contains(key) && body[key].is_primitive();
+  };
+  const bool whole = body.is_object() && body.contains("point") && body["point"].is_string() &&
+                     is_value("value") && !body["value"].is_null() &&
+                     (!body.contains("expect") || is_value("expect"));
+  if (!whole) return Error{"write {\"point\":\"LINE.DEVICE.POINT\",\"value\":2}"};
+  Json ask = {{"target", body["point"]}, {"value", TextFor(body["value"])}};
+  if (body.contains("expect")) ask["expect"] = TextFor(body["expect"]);
+  if (body.contains("confirm")) ask["confirm"] = body["confirm"];
+  return ask;
+}
+
+/// Converts a body with one member, e.g. {"device": "LINE.DEVICE"}.
+Result<Json> TargetOf(const Json& body, const std::string& member) {
+  if (member.empty()) return Json::object();
+  if (body.is_object() && body.contains(member) && body[member].is_string()) {
+    return Json{{"target", body[member]}};
+  }
+  return Error{"write {\"" + member + "\":\"" + (member == "line" ? "LINE" : "LINE.DEVICE") +
+               "\"}"};
+}
+
+}  // namespace
+
+void LiveApi::Operate(const Operation& operation, const Request& request,
+                      const Answered& answered) {
+  const Json body = Json::parse(request.body, nullptr, false);
+  auto ask =
+      operation.command == "write" ? WriteOf(body) : TargetOf(body, std::string(operation.member));
+  if (!ask) return answered(Problem(400, ask.error()));
+  (*ask)["command"] = operation.command;
+  Ask(*ask, WriterOf(request), answered);
 }
 
 void LiveApi::Apply(std::shared_ptr<const config::Config> config,
@@ -300,8 +337,9 @@ namespace {
 
 using status::Json;
 
-constexpr std::array<std::string_view, 3> kPaths = {"/api/v1/events", "/api/v1/history",
-                                                    "/api/v1/history.csv"};
+constexpr std::array<std::string_view, 4> kPaths = {"/api/v1/events", "/api/v1/history",
+                                                    "/api/v1/history.csv", "/api/v1/events.csv"};
+constexpr std::size_t kMostInCsv = 64;
 
 Json RowsJson(const history::Chart& chart) {
   Json rows = Json::array();
@@ -315,12 +353,15 @@ Json RowsJson(const history::Chart& chart) {
 
 }  // namespace
 
-/// A CSV table of the history. It is read from the disk page by page, as fast as the client
-/// receives it.
+/// A CSV table of events, or of the history of points, one after the other. It is read from the
+/// disk page by page, as fast as the client receives it.
 class PastApi::Download final : public Stream, public std::enable_shared_from_this<Download> {
  public:
-  Download(std::weak_ptr<PastApi*> api, asio::io_context& io, Json ask)
-      : api_(std::move(api)), io_(io), ask_(std::move(ask)), text_(status::HistoryCsvHead(false)) {}
+  using Row = std::string (*)(const status::Json& record);
+  /// `asks`: the requests for the first pages, at least one.
+  Download(std::weak_ptr<PastApi*> api, asio::io_context& io, std::vector<Json> asks,
+           std::string head, Row row)
+      : api_(std::move(api)), io_(io), asks_(std::move(asks)), row_(row), text_(std::move(head)) {}
 
   std::ptrdiff_t Read(std::span<char> into) override {
     const MutexLock lock(mutex_);
@@ -347,12 +388,13 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
   void ReadPage() {
     const auto api = api_.lock();
     const Json page =
-        api ? Json::parse((*api)->Page(ask_, ReadClocks()), nullptr, false) : Json(nullptr);
+        api ? Json::parse((*api)->Page(asks_[at_], ReadClocks()), nullptr, false) : Json(nullptr);
     std::string text;
     const bool good = page.is_object() && page.contains("records");
     if (good) {
-      for (const Json& record : page["records"]) text += status::HistoryCsvRow(record, false);
-      ask_["after"] = page["next"];
+      for (const Json& record : page["records"]) text += row_(record);
+      asks_[at_]["after"] = page["next"];
+      if (!page.value("more", false)) ++at_;
     }
     std::function<void()> wake;
     {
@@ -360,7 +402,7 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
       text_ = std::move(text);
       sent_ = 0;
       asked_ = false;
-      ended_ = !good || !page.value("more", false);
+      ended_ = !good || at_ == asks_.size();
       wake = wake_;
     }
     if (wake) wake();
@@ -368,7 +410,10 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
 
   const std::weak_ptr<PastApi*> api_;
   asio::io_context& io_;
-  Json ask_;  // request for the next page; only PastApi's thread uses it
+  // Requests for the next pages. Only PastApi's thread uses the following three.
+  std::vector<Json> asks_;
+  std::size_t at_ = 0;
+  const Row row_;
   Mutex mutex_;
   std::string text_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t sent_ BAUDGATE_GUARDED_BY(mutex_) = 0;
@@ -390,6 +435,8 @@ bool PastApi::Answer(const Request& request, Now now, const Answered& answered) 
     answered(History(request, now));
   } else if (request.path == kPaths[2]) {
     answered(HistoryCsv(request, now));
+  } else if (request.path == kPaths[3]) {
+    answered(EventsCsv(request, now));
   } else {
     return false;
   }
@@ -401,10 +448,42 @@ std::string PastApi::Page(const Json& ask, Now now) {
   return handler_.Answer(text, {"web"}, now, {}).text;
 }
 
+namespace {
+
+Result<Json> EventsAsk(const Request& request) {
+  return AskOf(
+      request, "events",
+      {{"after", true}, {"since_ms", true}, {"until_ms", true}, {"target"}, {"kind"}, {"text"}});
+}
+
+}  // namespace
+
 Response PastApi::Events(const Request& request, Now now) {
-  const auto ask = AskOf(request, "events", {{"after", true}, {"since_ms", true}, {"target"}});
+  const auto ask = EventsAsk(request);
   if (!ask) return Problem(400, ask.error());
   return ResponseOf(Page(*ask, now));
+}
+
+Response PastApi::EventsCsv(const Request& request, Now now) {
+  const auto ask = EventsAsk(request);
+  if (!ask) return Problem(400, ask.error());
+  return Csv({*ask}, "events", status::EventsCsvHead(), status::EventsCsvRow, now);
+}
+
+/// Returns a table of all pages. The first page of each request is read before, so that an error
+/// has its HTTP status.
+Response PastApi::Csv(std::vector<Json> asks, std::string name, std::string head,
+                      std::string (*row)(const Json& record), Now now) {
+  for (const Json& ask : asks) {
+    const std::string first = Page(ask, now);
+    if (first.starts_with(kError)) return ResponseOf(first);
+  }
+  std::erase_if(name, [](char c) { return c == '"' || c == '\\' || c < 0x21 || c > 0x7E; });
+  Response response;
+  response.type = "text/csv; charset=utf-8";
+  response.headers.emplace_back("Content-Disposition", "attachment; filename=\"" + name + ".csv\"");
+  response.stream = std::make_shared<Download>(alive_, io_, std::move(asks), std::move(head), row);
+  return response;
 }
 
 Response PastApi::History(const Request& request, Now now) {
@@ -431,22 +510,13 @@ Response PastApi::History(const Request& request, Now now) {
     return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));
   const auto chart = history::ReadChart(*gateway->info.history, query);
   if (!chart) return Problem(503, "the history cannot be read: " + chart.error());
-  const auto point = status::FindPoint(*gateway->config, query.point);
+  const config::Point* const point = status::PointNamed(*gateway->config, query.point);
   if (!chart->known) {
     const std::string page = Page({{"command", "history"}, {"point", query.point}}, now);
     if (page.starts_with("{\"error\"")) return ResponseOf(page);
   }
-  std::string unit;
-  if (point) {
-    std::uint32_t device = 0;
-    for (const config::Line& line : gateway->config->lines) {
-      for (const config::Device& its : line.devices) {
-        if (device++ == point->device) unit = its.points[point->point].unit;
-      }
-    }
-  }
   return JsonResponse({{"point", query.point},
-                       {"unit", unit},
+                       {"unit", point != nullptr ? point->unit : ""},
                        {"step_ms", chart->step},
                        {"rows", RowsJson(*chart)}});
 }
@@ -454,15 +524,19 @@ Response PastApi::History(const Request& request, Now now) {
 Response PastApi::HistoryCsv(const Request& request, Now now) {
   const auto ask = AskOf(request, "history", {{"point"}, {"since_ms", true}, {"until_ms", true}});
   if (!ask) return Problem(400, ask.error());
-  const std::string first = Page(*ask, now);
-  if (first.starts_with("{\"error\"")) return ResponseOf(first);
-  std::string name = request.Query("point").value_or("");
-  std::erase_if(name, [](char c) { return c == '"' || c == '\\' || c < 0x21 || c > 0x7E; });
-  Response response;
-  response.type = "text/csv; charset=utf-8";
-  response.headers.emplace_back("Content-Disposition", "attachment; filename=\"" + name + ".csv\"");
-  response.stream = std::make_shared<Download>(alive_, io_, *ask);
-  return response;
+  const std::string names = ask->value("point", "");
+  const auto points = Split(names, ',');
+  if (points.size() > kMostInCsv) {
+    return Problem(400, "'point' can name at most " + std::to_string(kMostInCsv) + " points");
+  }
+  std::vector<Json> asks;
+  for (const std::string_view point : points) {
+    asks.push_back(*ask);
+    asks.back()["point"] = point;
+  }
+  return Csv(
+      std::move(asks), points.size() == 1 ? names : "history", status::HistoryCsvHead(false),
+      [](const Json& record) { return status::HistoryCsvRow(record, false); }, now);
 }
 
 }  // namespace baudgate::web

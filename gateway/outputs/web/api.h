@@ -13,6 +13,7 @@
 
 #include "gateway/base/result.h"
 #include "gateway/outputs/control/request_handler.h"
+#include "gateway/outputs/web/access.h"
 #include "gateway/outputs/web/live_streams.h"
 #include "gateway/outputs/web/request.h"
 
@@ -47,7 +48,8 @@ class LiveApi {
     bus::PointStore& store;
     lines::LineControl& lines;
     status::GatewayInfo info;
-    bus::CommandSink* commands = nullptr;  ///< null: every write is refused
+    bus::CommandSink* commands = nullptr;      ///< null: every write is refused
+    control::ReloadService* reload = nullptr;  ///< null: the gateway does not support reloads
     /// Returns the running configuration as YAML without its secrets; empty: the configuration is
     /// not available.
     std::function<Result<std::string>()> configuration{};
@@ -62,9 +64,8 @@ class LiveApi {
   /// Acknowledges the alarms that the request names. The event records "web:" and the client's
   /// address as the origin. `answered` can be called later.
   void Acknowledge(const Request& request, const Answered& answered);
-  /// Writes to a point as `baudgate write` does: {"point": "LINE.DEVICE.POINT", "value": 2,
-  /// "confirm": true}. `answered` can be called later.
-  void Write(const Request& request, const Answered& answered);
+  /// Carries out an operation that Access has permitted. `answered` can be called later.
+  void Operate(const Operation& operation, const Request& request, const Answered& answered);
   /// Must be called at a reload, with the new configuration and history. Ends all streams.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
@@ -76,6 +77,9 @@ class LiveApi {
   void EndStreams();
 
  private:
+  /// Sends a request to the code of the control socket.
+  void Ask(const status::Json& ask, const bus::Writer& writer, const Answered& answered);
+
   using Handler = Response (LiveApi::*)(const Request&, Now);
   struct Route {
     std::string_view path;
@@ -131,6 +135,9 @@ class PastApi {
   Response Events(const Request& request, Now now);
   Response History(const Request& request, Now now);
   Response HistoryCsv(const Request& request, Now now);
+  Response EventsCsv(const Request& request, Now now);
+  Response Csv(std::vector<status::Json> asks, std::string name, std::string head,
+               std::string (*row)(const status::Json& record), Now now);
   std::string Page(const status::Json& ask, Now now);
 
   asio::io_context& io_;

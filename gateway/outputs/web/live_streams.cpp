@@ -222,8 +222,8 @@ LivePoints::AlarmCounts LivePoints::CountAlarms() const {
   return {state.alarms_active, state.alarms_unacknowledged, state.newest};
 }
 
-/// Returns the event with the numbers of alarms and the newest unacknowledged alarm. If all alarms
-/// are acknowledged, it contains the newest alarm.
+/// Returns the event with the numbers of alarms, the worst alarm, and the newest unacknowledged
+/// alarm; if all alarms are acknowledged, the newest alarm.
 std::string LivePoints::AlarmsEvent() const {
   using Json = nlohmann::ordered_json;
   std::vector<events::Alarm> alarms;
@@ -237,6 +237,7 @@ std::string LivePoints::AlarmsEvent() const {
   const Json json = {
       {"active", count(events::IsActive)},
       {"unacknowledged", count(events::IsUnacknowledged)},
+      {"worst", status::WorstJson(alarms)},
       {"newest", newest == alarms.end() ? Json(nullptr) : status::AlarmJson(*newest)}};
   return Event("alarms", json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }

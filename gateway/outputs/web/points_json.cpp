@@ -5,10 +5,13 @@
 
 #include <cmath>
 #include <iterator>
+#include <set>
+#include <utility>
 
 #include "config/model/point.h"
 #include "gateway/base/text.h"
 #include "gateway/outputs/status/status_json.h"
+#include "gateway/outputs/status/value_json.h"
 
 namespace baudgate::web {
 namespace {
@@ -23,8 +26,12 @@ bool Fits(const config::Line& line, const config::Device& device, const config::
          Lower(*point.description).find(text) != std::string::npos;
 }
 
-std::string_view AccessWord(config::Access access) {
-  switch (access) {
+/// Returns what the configuration allows. "none": a point that can only be written, and must not
+/// be.
+std::string_view AccessWord(const config::Point& point) {
+  const auto access = config::AllowedAccess(point);
+  if (!access) return "none";
+  switch (*access) {
     case config::Access::read:
       return "read";
     case config::Access::write:
@@ -34,7 +41,29 @@ std::string_view AccessWord(config::Access access) {
   }
 }
 
-Json PointJson(const bus::DeviceRecord& record, std::size_t index, std::uint32_t id, Now now) {
+/// Adds what a client needs once to show values of the point, and to offer writing; members that
+/// do not apply are left out.
+void AddDescription(const config::Point& point, Json& json) {
+  if (point.access == config::Access::write) json["write_only"] = true;
+  if (point.precision) json["precision"] = *point.precision;
+  for (const config::StateText& state : *point.states) {
+    json["states"][std::to_string(state.value)] = state.text;
+  }
+  const config::Writing& writing = point.writing;
+  if (writing.allowed && writing.select) json["select"] = true;
+  if (writing.min) json["min"] = writing.min->ToDouble();
+  if (writing.max) json["max"] = writing.max->ToDouble();
+  if (writing.step) json["step"] = writing.step->ToDouble();
+  for (const config::PointEvent& event : point.events) {
+    if (event.on == config::PointEvent::On::change) continue;
+    json["events"].push_back({{"on", config::Name(event.on)},
+                              {"value", event.value.ToDouble()},
+                              {"alarm", config::Name(event.alarm)}});
+  }
+}
+
+Json PointJson(const bus::DeviceRecord& record, std::size_t index, std::uint32_t id, bool kept,
+               Now now) {
   const config::Point& point = record.device->points[index];
   Json json = {{"id", id}, {"line", record.line->name}, {"device", record.device->name}};
   Json status = status::PointJson(record, index, now.instant);
@@ -42,8 +71,11 @@ Json PointJson(const bus::DeviceRecord& record, std::size_t index, std::uint32_t
   json["unit"] = std::move(status["unit"]);
   json["type"] = config::Name(point.type);
   json["description"] = *point.description;
-  json["access"] = AccessWord(point.access);
-  for (const char* key : {"value", "quality", "quality_text", "age_ms"}) {
+  json["access"] = AccessWord(point);
+  json["group"] = config::Name(point.group);
+  AddDescription(point, json);
+  if (kept) json["kept"] = true;
+  for (const char* key : {"value", "shown", "quality", "quality_text", "age_ms"}) {
     json[key] = std::move(status[key]);
   }
   return json;
@@ -80,9 +112,12 @@ PointNumbers::PointNumbers(const bus::PointStore& store) {
   }
 }
 
-Json PointsJson(const bus::PointStore& store, const PointFilter& filter, Now now) {
+Json PointsJson(const bus::PointStore& store, const PointFilter& filter,
+                const config::History& history, Now now) {
   const PointNumbers numbers(store);
   const std::string text = Lower(filter.text);
+  std::set<std::pair<std::uint32_t, std::uint32_t>> kept;
+  for (const config::HistoryPoint& one : history.points) kept.emplace(one.device, one.point);
   Json points = Json::array();
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device) || (filter.device && *filter.device != device)) continue;
@@ -93,7 +128,8 @@ Json PointsJson(const bus::PointStore& store, const PointFilter& filter, Now now
       const config::Point& point = record.device->points[i];
       if (!Fits(*record.line, *record.device, point, text)) continue;
       const auto index = static_cast<std::uint32_t>(i);
-      points.push_back(PointJson(record, i, numbers.Of(device, index), now));
+      points.push_back(
+          PointJson(record, i, numbers.Of(device, index), kept.contains({device, index}), now));
     }
   }
   return {{"time", FormatWallTime(now.wall)}, {"points", std::move(points)}};
@@ -105,14 +141,16 @@ void AppendRow(const bus::DeviceRecord& record, std::size_t point, std::uint32_t
   const Quality quality = QualityAt(record, point, now);
   fmt::format_to(std::back_inserter(out), "[{},", id);
   AppendValue(its.value, out);
-  fmt::format_to(std::back_inserter(out), ",{},{},", quality.word(), JsonText(Name(quality)));
+  fmt::format_to(std::back_inserter(out), ",{},{},", quality.word(),
+                 JsonText(status::QualityText(record.device->points[point], quality)));
   if (its.read_at) {
     fmt::format_to(
-        std::back_inserter(out), "{}],",
+        std::back_inserter(out), "{}",
         std::chrono::floor<std::chrono::milliseconds>(its.source_time).time_since_epoch().count());
   } else {
-    out += "null],";
+    out += "null";
   }
+  out += "," + JsonText(config::ShownText(record.device->points[point], its.value)) + "],";
 }
 
 std::string JsonText(std::string_view text) {
@@ -124,14 +162,15 @@ nlohmann::ordered_json MapJson(const config::Device& device) {
   Json registers = Json::array();
   for (const config::Point& point : device.points) {
     if (!device.unit || !point.modbus) continue;
-    const bool bit = point.table == config::Table::bits;
     registers.push_back({{"point", point.name},
-                         {"table", bit ? "coil" : "holding"},
+                         {"table", config::TableName(point)},
+                         {"read_functions", config::ReadFunctions(point)},
+                         {"write_functions", config::WriteFunctions(point)},
                          {"address", *point.modbus},
-                         {"count", bit ? 1 : config::RegisterCount(point)},
+                         {"count", config::PlacesOf(point)},
                          {"type", config::Name(point.type)},
                          {"unit", point.unit},
-                         {"access", AccessWord(point.access)}});
+                         {"access", AccessWord(point)}});
   }
   return {{"unit", device.unit ? Json(*device.unit) : Json(nullptr)},
           {"registers", std::move(registers)}};

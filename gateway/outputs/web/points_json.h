@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "config/model/config.h"
 #include "config/model/device.h"
 #include "gateway/bus/points/point_store.h"
 
@@ -35,10 +36,12 @@ struct PointFilter {
   std::string text{};
 };
 
-/// Returns {"time":…,"points":[{"id":0,"line":…,"device":…,"point":…,…}]}
-nlohmann::ordered_json PointsJson(const bus::PointStore& store, const PointFilter& filter, Now now);
+/// Returns {"time":…,"points":[{"id":0,"line":…,"device":…,"point":…,…}]}. `history`: that of the
+/// configuration to which the store belongs.
+nlohmann::ordered_json PointsJson(const bus::PointStore& store, const PointFilter& filter,
+                                  const config::History& history, Now now);
 
-/// Appends "[id,value,quality,"text",read_at_ms],": the row of one point in a stream.
+/// Appends "[id,value,quality,"text",read_at_ms,"shown"],": the row of one point in a stream.
 void AppendRow(const bus::DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
                std::string& out);
 

@@ -242,7 +242,9 @@ void WebServer::Ask(const Request& request, Answered answered) {
         --waiting_;
         const Now now = ReadClocks();
         if (request.path == Access::kAcknowledge) return live_.Acknowledge(request, answered);
-        if (request.path == Access::kWrite) return live_.Write(request, answered);
+        if (const Operation* const its = OperationAt(request.path)) {
+          return live_.Operate(*its, request, answered);
+        }
         const bool known =
             past ? past_.Answer(request, now, answered) : live_.Answer(request, now, answered);
         if (!known) answered(Problem(404, "there is nothing at " + request.path));

@@ -76,6 +76,15 @@ struct Alarm {
   AlarmKey key() const { return {line, device, name}; }
 };
 
+/// True if people should see `a` before `b`, as in ISA 18.2: unacknowledged before acknowledged,
+/// active before returned, then by priority, then the newest.
+inline bool IsWorse(const Alarm& a, const Alarm& b) {
+  const auto rank = [](const Alarm& one) {
+    return std::tuple(IsUnacknowledged(one.state), IsActive(one.state), one.priority, one.seq);
+  };
+  return rank(a) > rank(b);
+}
+
 /// Returns "bay-1.feeder-1.current_l1", "bay-1", or "gateway" if the alarm has no line.
 std::string PlaceOf(const Alarm& alarm);
 

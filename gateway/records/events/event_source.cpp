@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "gateway/base/text.h"
+
 namespace baudgate::events {
 namespace {
 
@@ -84,11 +86,17 @@ Result<Page> ReadPage(records::Database& database, const PageQuery& query) {
   if (query.since) sql += " AND receive_time>=?2";
   if (!query.line.empty()) sql += " AND line=?3";
   if (!query.device.empty()) sql += " AND device=?4";
+  if (query.until) sql += " AND receive_time<?5";
+  if (query.state) sql += " AND state=?6";
+  if (!query.text.empty()) sql += " AND instr(lower(text), ?7)>0";
   sql += " ORDER BY seq LIMIT " + std::to_string(kPage + 1);
   records::Statement rows(database, sql);
   rows.BindAll(query.after, query.since);
   if (!query.line.empty()) rows.Bind(3, query.line);
   if (!query.device.empty()) rows.Bind(4, query.device);
+  if (query.until) rows.Bind(5, *query.until);
+  if (query.state) rows.Bind(6, std::string(config::Name(*query.state)));
+  if (!query.text.empty()) rows.Bind(7, Lower(query.text));
   Page page;
   page.next = query.after;
   for (;;) {

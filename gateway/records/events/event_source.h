@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -28,6 +29,10 @@ struct PageQuery {
   std::string line{};               ///< empty: all lines
   std::string device{};             ///< name of the device without its line; empty: all devices
   std::optional<WallTime> since{};  ///< returns only events received at this time or later
+  std::optional<WallTime> until{};  ///< returns only events received before this time
+  std::optional<config::EventState> state{};
+  /// Returns only events with this part of a text, in upper or lower case of ASCII.
+  std::string text{};
 };
 
 struct Page {
@@ -70,16 +75,19 @@ struct AckQuery {
   std::string line{};
   std::string device{};
   std::string point{};  ///< empty: the alarms of the device and of all its points
-  /// Not 0: selects only the alarm that the event of this number has raised, of any device.
-  std::int64_t seq = 0;
+  /// Not empty: selects only the alarms that the events of these numbers have raised, of any
+  /// device. An alarm that was raised again since then is not selected.
+  std::vector<std::int64_t> seqs{};
   /// If set: selects only alarms raised by an event whose number has these low 32 bits.
   std::optional<std::uint32_t> number{};
   bool all = false;
-  std::string by{};  ///< the person: "user:anna"
+  bool whole_line = false;  ///< all alarms of `line`, of its devices and their points
+  std::string by{};         ///< the person: "user:anna"
 
   bool Means(const Alarm& alarm) const {
-    if (seq != 0) return alarm.seq == seq;
+    if (!seqs.empty()) return std::ranges::find(seqs, alarm.seq) != seqs.end();
     if (number && static_cast<std::uint32_t>(alarm.seq) != *number) return false;
+    if (whole_line) return alarm.line == line;
     return all || (alarm.line == line && alarm.device == device &&
                    (point.empty() || alarm.point == point));
   }

@@ -139,7 +139,7 @@ EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at) {
   EventRecord record =
       AlarmRecord(OwnCode::acknowledged, "acknowledged by " + query.by + ": ", alarm, at);
-  const bool of_one = query.seq != 0 || query.number;
+  const bool of_one = !query.seqs.empty() || query.number;
   record.mark = {
       .step = AlarmMark::Step::acknowledge, .by = query.by, .seq = of_one ? alarm.seq : 0};
   return record;

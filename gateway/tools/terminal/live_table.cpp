@@ -161,7 +161,7 @@ class Renderer {
 };
 
 Tone ToneOf(const PointRow& row) {
-  if (row.gone || row.quality == Quality::bad_waiting) return Tone::faint;
+  if (row.gone || row.write_only || row.quality == Quality::bad_waiting) return Tone::faint;
   if (IsGood(row.quality)) return Tone::plain;
   return IsUncertain(row.quality) ? Tone::warning : Tone::alarm;
 }
@@ -200,7 +200,10 @@ std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& vie
     const PointRow& row = rows[i];
     const bool again = i > 0 && rows[i - 1].device == row.device;
     table.push_back({{again ? "" : row.device, row.point, row.value, row.unit,
-                      row.gone ? "gone" : Name(row.quality), row.age ? FormatAge(*row.age) : "-"},
+                      row.gone         ? "gone"
+                      : row.write_only ? "write only"
+                                       : Name(row.quality),
+                      row.age ? FormatAge(*row.age) : "-"},
                      ToneOf(row)});
   }
   return RenderTable(kColumns, table, view);

@@ -71,11 +71,12 @@ std::string RenderTable(const std::vector<TableColumn>& columns, const std::vect
 struct PointRow {
   std::string device;
   std::string point;
-  std::string value;  ///< the value as FormatValue returns it
+  std::string value;  ///< the value as config::ShownText returns it
   std::string unit;
   Quality quality = Quality::bad_waiting;
   std::optional<Duration> age;  ///< empty: the point was never read
   bool gone = false;            ///< true: the point's gateway no longer publishes it
+  bool write_only = false;      ///< true: the point is never read, so it has no quality
 };
 
 /// The device's name is only in the first row of the device.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/watch/watch_lines.h"
 
+#include <cmath>
+
 #include "gateway/base/shown.h"
 
 namespace baudgate::tools {
@@ -19,7 +21,10 @@ WallTime SourceTime(const dds::PointSample& sample) {
 Quality QualityOf(const dds::PointSample& sample) { return Quality::OfWord(sample.quality); }
 
 std::string ValueText(const dds::PointSample& sample) {
-  return sample.text.empty() ? FormatValue(sample.value) : sample.text;
+  if (!sample.text.empty()) return sample.text;
+  // A sample does not tell the type of its point, so all whole numbers are shown whole.
+  const bool whole = std::isnan(sample.value) || std::trunc(sample.value) == sample.value;
+  return whole ? FormatValue(sample.value) : ShownNumber(sample.value);
 }
 
 bool LooksAlike(const PointEvent& before, const PointEvent& now) {

@@ -52,6 +52,8 @@ void Change(T& word) { word = static_cast<T>(word == T{} ? 1 : 0); }
 template <HasFields T>
 void Change(T& its);
 template <typename T>
+void Change(std::vector<T>& list);
+template <typename T>
 void Change(Shared<T>& value) {
   T other = *value;
   Change(other);

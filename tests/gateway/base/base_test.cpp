@@ -188,6 +188,27 @@ TEST(Values, ConvertToNumberAndText) {
   EXPECT_EQ(ToText({}), "");
 }
 
+TEST(Shown, NumbersHaveFourDigitsOrTheGivenDecimals) {
+  EXPECT_EQ(ShownNumber(0), "0.000");
+  EXPECT_EQ(ShownNumber(-0.0), "0.000");
+  EXPECT_EQ(ShownNumber(0.5), "0.5000");
+  EXPECT_EQ(ShownNumber(-12.25), "-12.25");
+  EXPECT_EQ(ShownNumber(9.9996), "10.00");
+  EXPECT_EQ(ShownNumber(400), "400.0");
+  EXPECT_EQ(ShownNumber(1234.56), "1235");
+  EXPECT_EQ(ShownNumber(999999.9), "1000000");
+  EXPECT_EQ(ShownNumber(0.0001), "0.0001000");
+  EXPECT_EQ(ShownNumber(0.00001234), "1.234e-05");
+  EXPECT_EQ(ShownNumber(1e15), "1.000e+15");
+  EXPECT_EQ(ShownNumber(999999999999999), "999999999999999");
+  EXPECT_EQ(ShownNumber(12.256, 2), "12.26");
+  EXPECT_EQ(ShownNumber(-0.001, 2), "0.00");
+  EXPECT_EQ(ShownNumber(99999999999999.5, 9), "99999999999999.500000000");
+  EXPECT_EQ(ShownNumber(3.4e38, 2), "3.400e+38");
+  EXPECT_EQ(ShownNumber(std::numeric_limits<double>::quiet_NaN()), "");
+  EXPECT_EQ(ShownNumber(std::numeric_limits<double>::infinity(), 1), "");
+}
+
 TEST(Csv, EscapesFormulasAndChangesNoOtherCell) {
   const std::pair<const char*, const char*> rows[] = {
       {"=1+1", "'=1+1"},        {"@SUM(A1)", "'@SUM(A1)"},

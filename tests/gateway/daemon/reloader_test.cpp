@@ -85,6 +85,11 @@ class ReloaderTest : public ::testing::Test {
       reloader_->Confirm("user:anna", std::move(answered));
     });
   }
+  ReloadAnswer Revert() {
+    return Answer([&](control::ReloadService::Answered answered) {
+      reloader_->Revert("user:anna", std::move(answered));
+    });
+  }
   std::string Runs() const { return running_.lines[0].name; }
   std::string AtAStart() const {
     const reload::KeptConfigs kept(folder_);
@@ -131,6 +136,21 @@ TEST_F(ReloaderTest, ATrialEndsOnlyByConfirmationOrAnEarlierConfiguration) {
   EXPECT_TRUE(Confirm().ok);
   EXPECT_EQ(AtAStart(), "f");
   EXPECT_EQ(Confirm().exit_code, 2);
+}
+
+TEST_F(ReloaderTest, ATrialIsTakenBackOnRequest) {
+  Start();
+  EXPECT_FALSE(Revert().ok) << "there is no trial";
+  ASSERT_TRUE(Reload("b", 60s).ok);
+  const ReloadAnswer answer = Revert();
+  EXPECT_TRUE(answer.ok);
+  EXPECT_THAT(answer.text, ::testing::HasSubstr("user:anna"));
+  EXPECT_EQ(Runs(), "a");
+  EXPECT_EQ(AtAStart(), "a");
+  EXPECT_FALSE(reloader_->state().confirm_until);
+  EXPECT_FALSE(Revert().ok);
+  EXPECT_FALSE(Confirm().ok);
+  EXPECT_EQ(Runs(), "a");
 }
 
 TEST_F(ReloaderTest, AChangedProfileAloneCanBeOnTrial) {

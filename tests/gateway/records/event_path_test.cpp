@@ -183,7 +183,7 @@ TEST_F(EventPathTest, WithoutEventsAlarmsAreInMemory) {
   EXPECT_EQ(alarm.text, "port down for 30s: unplugged");
   EXPECT_EQ(alarm.seq, 1) << "nothing else is told";
   std::string trouble = "not done";
-  path.log().Acknowledge({.seq = alarm.seq, .by = "user:anna"},
+  path.log().Acknowledge({.seqs = {alarm.seq}, .by = "user:anna"},
                          [&](const events::Acknowledged& done) { trouble = done.trouble; });
   while (path.log().Alarms()[0].state != events::AlarmState::acknowledged) {
     std::this_thread::yield();

@@ -276,10 +276,7 @@ class HistoryPrinter {
     }
   }
   void Flush() { table_.Print(std::exchange(rows_, {}), out_); }
-  void PrintCsvHead() {
-    out_ << (options_.every ? "time_utc,point,mean,min,max,first,last,count,seconds_good\r\n"
-                            : "time_utc,point,value,quality,quality_text\r\n");
-  }
+  void PrintCsvHead() { out_ << status::HistoryCsvHead(options_.every.has_value()); }
 
  private:
   static constexpr std::size_t kTogether = 1000;  // this many rows have the same column widths
@@ -305,7 +302,8 @@ class HistoryPrinter {
               Rounded(record, "seconds_good")};
     }
     if (record.contains("gap")) return {time, point, "-", status::GapText(record)};
-    return {time, point, Shown(record, "value"), FieldText(record, "quality_text")};
+    return {time, point, Shown(record, record.contains("shown") ? "shown" : "value"),
+            FieldText(record, "quality_text")};
   }
 
   const HistoryOptions& options_;

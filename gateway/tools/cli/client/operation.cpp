@@ -173,9 +173,9 @@ namespace {
 
 using Json = ControlClient::Json;
 
-std::string Shown(const Json& value) {
-  if (value.is_null()) return "-";
-  return value.is_string() ? value.get<std::string>() : value.dump();
+std::string Shown(const Json& point) {
+  const std::string shown = point.value("shown", "");
+  return shown.empty() ? "-" : shown;
 }
 
 std::string Age(const Json& age) {
@@ -194,9 +194,8 @@ std::string QualityOf(const Json& point, bool read) {
 void PrintPoints(const Json& points, bool read, std::ostream& out) {
   TextTable table({"point", "value", "unit", "quality", "age"});
   for (const Json& point : points) {
-    table.Add({point.value("point", ""), Shown(point.value("value", Json())),
-               point.value("unit", ""), QualityOf(point, read),
-               Age(point.value("age_ms", Json()))});
+    table.Add({point.value("point", ""), Shown(point), point.value("unit", ""),
+               QualityOf(point, read), Age(point.value("age_ms", Json()))});
   }
   table.PrintAligned(out);
 }

@@ -53,8 +53,17 @@ std::string UseText(const Json& line) {
   return fmt::format("{:.0f} %", 100 * line.at("use").get<double>());
 }
 
+bool InMaintenance(const Json& device) { return !device.at("maintenance").is_null(); }
+
+std::size_t Counted(const Json& line) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(line.at("devices"), std::not_fn(InMaintenance)));
+}
+
 std::size_t Alive(const Json& line) {
-  return static_cast<std::size_t>(std::ranges::count_if(line.at("devices"), IsAlive));
+  return static_cast<std::size_t>(std::ranges::count_if(line.at("devices"), [](const Json& device) {
+    return !InMaintenance(device) && IsAlive(device);
+  }));
 }
 
 Tone ToneOfLine(const Json& line) {
@@ -63,8 +72,7 @@ Tone ToneOfLine(const Json& line) {
 }
 
 Tone ToneOfDevice(const Json& device) {
-  const std::string state = Text(device, "state");
-  if (state == "disabled") return Tone::faint;
+  if (InMaintenance(device)) return Tone::faint;
   if (!IsAlive(device)) return Tone::alarm;
   return device.at("advice").empty() ? Tone::plain : Tone::warning;
 }
@@ -85,8 +93,7 @@ std::string LineTable(const Json& lines, const TableView& view, Order order) {
     const Json& outcomes = line.at("outcomes");
     rows.push_back({{Text(line, "name"), port, UseText(line), NumberText(line, "exchanges"),
                      NumberText(outcomes, "no_reply"), NumberText(outcomes, "corrupt"),
-                     NumberText(line, "late"),
-                     fmt::format("{} of {}", Alive(line), line.at("devices").size())},
+                     NumberText(line, "late"), fmt::format("{} of {}", Alive(line), Counted(line))},
                     ToneOfLine(line)});
   }
   if (order == Order::trouble) MostTroubleFirst(rows);
@@ -109,7 +116,8 @@ std::string DeviceTable(const Json& lines, const TableView& view, Order order) {
     for (const Json& device : line.at("devices")) {
       const Json& trips = device.at("round_trips");
       const bool none = Number(trips, "count") == 0;
-      rows.push_back({{Text(line, "name") + "." + Text(device, "name"), Text(device, "state"),
+      rows.push_back({{Text(line, "name") + "." + Text(device, "name"),
+                       InMaintenance(device) ? Text(device, "maintenance") : Text(device, "state"),
                        Text(device, "last_outcome"), MillisecondsText(device.at("age_ms")),
                        ShareText(Number(device.at("outcomes"), "ok"), Number(device, "exchanges")),
                        none ? "-" : RoundTripText(trips.at("mean_us").get<double>()),
@@ -142,14 +150,18 @@ std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
 std::string HeadSentence(const Json& status) {
   const Json& lines = status.at("lines");
   std::size_t devices = 0;
+  std::size_t counted = 0;
   std::size_t alive = 0;
   for (const Json& line : lines) {
     devices += line.at("devices").size();
+    counted += Counted(line);
     alive += Alive(line);
   }
-  return fmt::format("{}: baudgate {}, up {}, lines: {}, devices: {}, online: {}",
+  const std::size_t apart = devices - counted;
+  return fmt::format("{}: baudgate {}, up {}, lines: {}, devices: {}, online: {}{}",
                      Text(status, "gateway"), Text(status, "version"),
-                     MillisecondsText(status.at("uptime_ms")), lines.size(), devices, alive);
+                     MillisecondsText(status.at("uptime_ms")), lines.size(), devices, alive,
+                     apart > 0 ? fmt::format(", in maintenance: {}", apart) : "");
 }
 
 /// Returns "3 subscribers". If the topics have different numbers, returns for example "3
@@ -376,10 +388,9 @@ std::string OneLine(const Json& status, const TableView& view) {
   return text + RenderTraffic(PartOf(status, "modbus"), view) + AdviceText(status, view);
 }
 
-std::string JsonValueText(const Json& value) {
-  if (value.is_null()) return "-";
-  if (value.is_string()) return value.get<std::string>();
-  return value.is_number_float() ? FormatValue(value.get<double>()) : value.dump();
+std::string ShownOf(const Json& value) {
+  const std::string shown = Text(value, "shown");
+  return shown.empty() ? "-" : shown;
 }
 
 /// Returns for example "quiet 5.2 ms, reply 1000 ms (line), …". Brackets contain the source of a
@@ -395,16 +406,23 @@ std::string TimesText(const Json& times) {
   return text;
 }
 
+/// Returns "; 3 write only"; empty: there are none.
+std::string Apart(const Json& points, const char* key, std::string_view word) {
+  const std::uint64_t count = Number(points, key);
+  return count == 0 ? "" : fmt::format("; {} {}", count, word);
+}
+
 std::vector<PointRow> PointRowsOf(const Json& device) {
   std::vector<PointRow> rows;
   for (const Json& value : device.at("values")) {
     PointRow row{Text(device, "name"),
                  Text(value, "point"),
-                 JsonValueText(value.at("value")),
+                 ShownOf(value),
                  Text(value, "unit"),
                  Quality::OfWord(static_cast<std::uint16_t>(Number(value, "quality"))),
                  {},
-                 false};
+                 false,
+                 Text(value, "quality_text") == "write only"};
     if (!value.at("age_ms").is_null()) {
       row.age = std::chrono::milliseconds(value.at("age_ms").get<std::int64_t>());
     }
@@ -425,7 +443,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
                   Text(device, "protocol"), Text(device, "address"),
                   Text(device, "profile").empty() ? "" : ", profile " + Text(device, "profile"));
   text += Facts(
-      {{"state", Text(device, "state")},
+      {{"state", Text(device, "state_text")},
        {"last", Text(device, "last_outcome") + (reason.empty() ? "" : "; last trouble: " + reason)},
        {"answered",
         device.at("age_ms").is_null() ? "never" : MillisecondsText(device.at("age_ms")) + " ago"},
@@ -433,7 +451,9 @@ std::string OneDevice(const Json& status, const TableView& view) {
        {"trouble", LabelledText(status.at("labels").at("device"), device)},
        {"points",
         fmt::format("{}: {} good, {} uncertain, {} bad", Number(points, "count"),
-                    Number(points, "good"), Number(points, "uncertain"), Number(points, "bad"))}},
+                    Number(points, "good"), Number(points, "uncertain"), Number(points, "bad")) +
+            Apart(points, "maintenance", "in maintenance") +
+            Apart(points, "write_only", "write only")}},
       view);
   if (!learned.empty()) text += Facts({{"learned", learned}}, view);
   if (!device.value("times", Json::array()).empty())

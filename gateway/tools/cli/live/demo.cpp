@@ -144,11 +144,10 @@ std::vector<PointRow> Rows(const bus::PointStore& store) {
       for (std::size_t i = 0; i < record.points.size(); ++i) {
         const config::Point& point = record.device->points[i];
         if (point.group != config::Group::fast) continue;
-        const Value& value = record.points[i].value;
-        const auto* number = std::get_if<double>(&value);
         rows.push_back({record.device->name, point.name,
-                        number != nullptr ? FormatValue(*number) : ToText(value), point.unit,
-                        QualityAt(record, i, now), AgeAt(record, i, now), false});
+                        config::ShownText(point, record.points[i].value), point.unit,
+                        QualityAt(record, i, now), AgeAt(record, i, now), false,
+                        point.access == config::Access::write});
       }
     });
   }

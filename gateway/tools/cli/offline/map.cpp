@@ -2,6 +2,7 @@
 #include "gateway/tools/cli/offline/map.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>
@@ -43,14 +44,12 @@ MapPlace PlaceOf(const config::Device& device, const config::Point& point) {
   MapPlace place;
   place.served = device.unit && point.modbus;
   if (!place.served) return place;
-  const bool writable = point.writing.allowed;
   place.bit = point.table == config::Table::bits;
   place.address = *point.modbus;
-  place.registers = place.bit ? 1 : static_cast<int>(config::RegisterCount(point));
+  place.registers = static_cast<int>(config::PlacesOf(point));
   place.tables = place.bit ? "discrete, coil" : "input, holding";
-  if (point.access != config::Access::write) place.read_codes = place.bit ? "2,1" : "4,3";
-  if (writable && place.bit) place.write_codes = "5,15";
-  if (writable && !place.bit) place.write_codes = place.registers == 1 ? "6,16" : "16";
+  place.read_codes = fmt::format("{}", fmt::join(config::ReadFunctions(point), ","));
+  place.write_codes = fmt::format("{}", fmt::join(config::WriteFunctions(point), ","));
   place.conventional = Conventional(place.bit ? '1' : '3', place.address) + "/" +
                        Conventional(place.bit ? '0' : '4', place.address);
   return place;
@@ -64,8 +63,8 @@ using config::kQualityOffset;
 
 /// Returns what Modbus clients are allowed to do: "r", "rw"; empty: nothing.
 std::string AccessText(const config::Point& point) {
-  if (point.writing.allowed) return std::string(config::Name(point.access));
-  return point.access == config::Access::write ? "" : "r";
+  const auto access = config::AllowedAccess(point);
+  return access ? std::string(config::Name(*access)) : "";
 }
 
 // Returns the word order, which matters only for values of several registers.
@@ -92,6 +91,19 @@ std::string AgeText(const MapPlace& place, const config::Point& point) {
 std::string SelectText(const MapPlace& place, const config::Point& point) {
   const bool selects = point.writing.select && point.writing.allowed;
   return selects ? Number(place, config::kSelectOffset) : "";
+}
+
+/// Returns "0 off, 3 run"; empty: the point has no states.
+std::string StatesText(const config::Point& point) {
+  std::string text;
+  for (const config::StateText& state : *point.states) {
+    text += (text.empty() ? "" : ", ") + std::to_string(state.value) + " " + state.text;
+  }
+  return text;
+}
+
+std::string PrecisionText(const config::Point& point) {
+  return point.precision ? std::to_string(*point.precision) : "";
 }
 
 std::string Key(const config::Config& config, const config::Device& device,
@@ -155,10 +167,10 @@ void PrintMarkdown(const config::Config& config, std::ostream& out) {
 }
 
 void PrintCsv(const config::Config& config, std::ostream& out) {
-  TextTable table({"line",    "device",   "modbus_unit", "point",  "table",
-                   "read_fc", "write_fc", "address",     "plc",    "registers",
-                   "type",    "order",    "unit",        "access", "group",
-                   "quality", "age",      "dds_key",     "read",   "description"});
+  TextTable table({"line",     "device",      "modbus_unit", "point",     "table", "read_fc",
+                   "write_fc", "address",     "plc",         "registers", "type",  "order",
+                   "unit",     "access",      "group",       "quality",   "age",   "dds_key",
+                   "read",     "description", "precision",   "states"});
   ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {
     for (const config::Point& point : device.points) {
       const MapPlace place = PlaceOf(device, point);
@@ -181,7 +193,9 @@ void PrintCsv(const config::Config& config, std::ostream& out) {
                  AgeText(place, point),
                  Key(config, device, point),
                  point.read,
-                 point.description});
+                 point.description,
+                 PrecisionText(point),
+                 StatesText(point)});
     }
   });
   table.PrintCsv(out);
@@ -203,18 +217,23 @@ void PrintJson(const config::Config& config, std::ostream& out) {
   Json points = Json::array();
   ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {
     for (const config::Point& point : device.points) {
-      points.push_back({{"line", line.name},
-                        {"device", device.name},
-                        {"point", point.name},
-                        {"type", TypeText(point)},
-                        {"iec", config::IecName(point)},
-                        {"unit", point.unit},
-                        {"access", AccessText(point)},
-                        {"group", config::PeriodText(point)},
-                        {"read", point.read},
-                        {"description", *point.description},
-                        {"modbus", ModbusJson(device, point, PlaceOf(device, point))},
-                        {"dds_key", Key(config, device, point)}});
+      Json one = {{"line", line.name},
+                  {"device", device.name},
+                  {"point", point.name},
+                  {"type", TypeText(point)},
+                  {"iec", config::IecName(point)},
+                  {"unit", point.unit},
+                  {"access", AccessText(point)},
+                  {"group", config::PeriodText(point)},
+                  {"read", point.read},
+                  {"description", *point.description},
+                  {"modbus", ModbusJson(device, point, PlaceOf(device, point))},
+                  {"dds_key", Key(config, device, point)}};
+      if (point.precision) one["precision"] = *point.precision;
+      for (const config::StateText& state : *point.states) {
+        one["states"][std::to_string(state.value)] = state.text;
+      }
+      points.push_back(std::move(one));
     }
   });
   const Json result = {{"gateway", config.name}, {"points", std::move(points)}};
@@ -344,6 +363,7 @@ void PrintVariables(const config::Device& device, const Area& area, const std::s
     const MapPlace place = PlaceOf(device, point);
     if (!area.Has(place)) continue;
     std::string text = point.description;
+    if (point.states) text += (text.empty() ? "" : ": ") + StatesText(point);
     for (std::size_t at = 0; (at = text.find("*)", at)) != std::string::npos;) text[at] = '.';
     out << fmt::format("  {} AT {} : {}; (* {} {}{}{}{}{} *)\n",
                        Identifier(device.name, point.name) + suffix, area.AddressOf(place),

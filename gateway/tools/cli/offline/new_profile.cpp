@@ -364,6 +364,17 @@ class Places {
   std::size_t bit_ = 0;
 };
 
+/// Returns how many digits the value has after its decimal point, because its scale has them; 0:
+/// none, or not known, as for a float.
+int DigitsOf(const ListedPoint& point) {
+  constexpr int kMost = 9;
+  if (point.form.starts_with("float")) return 0;
+  for (int digits = 0; digits <= kMost; ++digits) {
+    if (point.scale.Shifted(digits).is_whole()) return digits;
+  }
+  return 0;
+}
+
 std::string PointLine(const ListedPoint& point, std::size_t modbus) {
   std::string read = point.table + " " + std::to_string(point.address);
   if (point.form != "bool" && point.form != point.type) read += " " + point.form;
@@ -371,6 +382,9 @@ std::string PointLine(const ListedPoint& point, std::size_t modbus) {
   std::string line = "  - { name: " + point.name + ", read: " + InQuotes(read);
   line += ", type: " + point.type;
   if (point.scale != 1) line += ", scale: " + point.scale.ToText();
+  if (const int digits = DigitsOf(point); digits > 0) {
+    line += ", precision: " + std::to_string(digits);
+  }
   if (!point.unit.empty()) line += ", unit: " + InQuotes(point.unit);
   if (point.access != "r") line += ", access: " + point.access;
   if (!point.group.empty()) line += ", group: " + point.group;

@@ -163,10 +163,7 @@ using Json = nlohmann::ordered_json;
 using config::ProfileFile;
 
 std::string TableText(const config::Point& point) {
-  if (!point.modbus) return "";
-  const bool bit = point.table == config::Table::bits;
-  if (point.access == config::Access::read) return bit ? "discrete" : "input";
-  return bit ? "coil" : "holding";
+  return point.modbus ? std::string(config::TableName(point)) : "";
 }
 
 std::string RegisterText(const config::Point& point) {

@@ -320,6 +320,30 @@ class AlarmsTest : public ::testing::Test {
   RequestHandler service_{config_, store_, lines_, lines_, Info()};
 };
 
+TEST_F(AlarmsTest, TheNumbersThatWereShownOrAWholeLineAreAcknowledged) {
+  EXPECT_EQ(Ask("ack", R"(,"seq":[4,9])")["acknowledged"], 2);
+  EXPECT_THAT(events_.asked.seqs, ::testing::ElementsAre(4, 9));
+  EXPECT_EQ(events_.asked.by, "user:anna");
+  EXPECT_EQ(Ask("ack", R"(,"seq":[4,77])")["acknowledged"], 1) << "77 has gone meanwhile";
+  EXPECT_EQ(Ask("ack", R"(,"line":"bay-1")")["acknowledged"], 3) << "also of a removed device";
+  EXPECT_EQ(Ask("ack", R"(,"line":"io")")["acknowledged"], 0);
+  EXPECT_EQ(Ask("ack", R"(,"line":"bay")")["error"], "unknown");
+  EXPECT_EQ(Ask("ack", R"(,"line":"bay-1.feeder-1")")["error"], "unknown");
+  for (const char* wrong :
+       {"", R"(,"seq":[])", R"(,"seq":["4"])", R"(,"seq":4)", R"(,"seq":[4],"line":"bay-1")"}) {
+    EXPECT_TRUE(Ask("ack", wrong).contains("error")) << wrong;
+  }
+}
+
+TEST_F(AlarmsTest, TheWorstIsToldApart) {
+  EXPECT_EQ(Ask("alarms", "")["worst"]["seq"], 9);
+  events_.alarms.front().state = events::AlarmState::acknowledged;
+  EXPECT_EQ(Ask("alarms", "")["worst"]["seq"], 5);
+  EXPECT_EQ(Ask("alarms", "")["worst"]["unacknowledged"], true);
+  events_.alarms.clear();
+  EXPECT_EQ(Ask("alarms", "")["worst"], nullptr);
+}
+
 TEST_F(AlarmsTest, AreListedInPagesByEventNumber) {
   const status::Json page = Ask("alarms", "");
   ASSERT_EQ(page["records"].size(), 3U);

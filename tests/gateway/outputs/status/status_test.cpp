@@ -168,7 +168,7 @@ TEST_F(StatusTest, ADeviceIsShownWithItsPoints) {
   up to  131 ms  #                                         8
 
 device    point    value  unit  quality                          age
-feeder-1  current   1.25  A     good                           0.3 s
+feeder-1  current  1.250  A     good                           0.3 s
           voltage      -  A     bad: waiting for initial data      -
 
 all is well
@@ -231,9 +231,40 @@ TEST_F(StatusTest, JsonHasEveryCounterUnderItsUsualName) {
   EXPECT_EQ(device["state"], "offline");
   EXPECT_EQ(device["last_outcome"], "no_reply");
   EXPECT_EQ(device["age_ms"], 12 * 60 * 1000);
-  EXPECT_EQ(device["points"], (Json{{"count", 2}, {"good", 0}, {"uncertain", 0}, {"bad", 2}}));
+  EXPECT_EQ(device["points"], (Json{{"count", 2},
+                                    {"good", 0},
+                                    {"uncertain", 0},
+                                    {"bad", 2},
+                                    {"write_only", 0},
+                                    {"maintenance", 0}}));
   EXPECT_FALSE(device.contains("values")) << "values come when the device is asked for";
   EXPECT_EQ(status["lines"][1]["devices"][0]["age_ms"], nullptr);
+}
+
+TEST_F(StatusTest, DevicesInMaintenanceAndWriteOnlyPointsAreCountedApart) {
+  const Json before = Status();
+  const std::size_t all = before["sums"]["devices"]["count"];
+  EXPECT_EQ(before["sums"]["devices"]["maintenance"], 0);
+  EXPECT_EQ(before["lines"][0]["maintenance"], nullptr);
+  store_.UpdateStatus(1,
+                      [](bus::DeviceStatus& status) { status.state = bus::DeviceState::disabled; });
+  Json status = Status();
+  const Json& device = status["lines"][0]["devices"][1];
+  EXPECT_EQ(device["maintenance"], "disabled");
+  EXPECT_EQ(device["state_text"], "in maintenance: disabled");
+  EXPECT_EQ(device["points"]["count"], 0);
+  EXPECT_EQ(device["points"]["bad"], 0);
+  EXPECT_EQ(device["points"]["maintenance"], 2);
+  EXPECT_EQ(status["sums"]["devices"]["count"], all);
+  EXPECT_EQ(status["sums"]["devices"]["maintenance"], 1);
+  EXPECT_EQ(status["sums"]["devices"]["offline"],
+            before["sums"]["devices"]["offline"].get<int>() - 1);
+  EXPECT_EQ(status["sums"]["points"]["bad"], before["sums"]["points"]["bad"].get<int>() - 2);
+  store_.UpdateLine(1, [](bus::LineStatus& line) { line.port = bus::LineStatus::Port::released; });
+  status = Status();
+  EXPECT_EQ(status["lines"][1]["maintenance"], "lent");
+  EXPECT_EQ(status["lines"][1]["devices"][0]["maintenance"], "lent");
+  EXPECT_EQ(status["lines"][1]["devices"][0]["points"]["count"], 0);
 }
 
 TEST_F(StatusTest, JsonHasBusyTimeAndRecentOutcomesOfADevice) {
@@ -260,10 +291,11 @@ TEST_F(StatusTest, TheJsonOfADeviceHasOnlyItsOwnValues) {
   const Json status = Status("bay-1.feeder-1");
   ASSERT_EQ(status["lines"].size(), 1U);
   ASSERT_EQ(status["lines"][0]["devices"].size(), 1U);
-  EXPECT_EQ(status["lines"][0]["devices"][0]["values"],
-            Json::parse(R"([{"point":"current","value":1.25,"unit":"A","quality":192,
+  EXPECT_EQ(
+      status["lines"][0]["devices"][0]["values"],
+      Json::parse(R"([{"point":"current","value":1.25,"shown":"1.250","unit":"A","quality":192,
               "quality_text":"good","age_ms":300},
-              {"point":"voltage","value":null,"unit":"A","quality":32,
+              {"point":"voltage","value":null,"shown":"","unit":"A","quality":32,
               "quality_text":"bad: waiting for initial data","age_ms":null}])"));
 }
 

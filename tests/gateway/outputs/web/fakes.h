@@ -42,7 +42,8 @@ class FakeEvents final : public events::EventSource {
     done({1, {}, {}});
     return 1;
   }
-  Result<events::Page> Read(const events::PageQuery&) const override {
+  Result<events::Page> Read(const events::PageQuery& its) const override {
+    query = its;
     events::EventRecord record;
     record.seq = 412;
     record.line = "bay-1";
@@ -55,6 +56,7 @@ class FakeEvents final : public events::EventSource {
   }
 
   std::string by;
+  mutable events::PageQuery query;
 };
 
 /// The history of a point that is read each second. Each minute has the values 10, 11, … 39, then

@@ -47,9 +47,9 @@ TEST_F(LivePointsTest, AViewerGetsASnapshotAndThenChanges) {
   const std::string first = ReadAll(*viewer);
   EXPECT_THAT(first, StartsWith("event: snapshot\ndata: {\"time_ms\":1790000000000,"
                                 "\"generation\":1,\"values\":[[0,null,32,"));
-  EXPECT_THAT(first, HasSubstr("[1,0.5,192,\"good\",1790000000000]"));
+  EXPECT_THAT(first, HasSubstr("[1,0.5,192,\"good\",1790000000000,\"0.5000\"]"));
   EXPECT_THAT(first, HasSubstr("event: alarms\ndata: {\"active\":0,\"unacknowledged\":0,"
-                               "\"newest\":null}\n\n"));
+                               "\"worst\":null,\"newest\":null}\n\n"));
   EXPECT_TRUE(live_.Tick(After(200ms)));
   EXPECT_EQ(ReadAll(*viewer), "") << "nothing has changed";
   Put(2, 0, 7, After(300ms));
@@ -57,7 +57,7 @@ TEST_F(LivePointsTest, AViewerGetsASnapshotAndThenChanges) {
   EXPECT_TRUE(live_.Tick(After(400ms)));
   EXPECT_EQ(ReadAll(*viewer),
             "event: change\ndata: {\"time_ms\":1790000000400,\"generation\":1,\"values\":"
-            "[[4,8,192,\"good\",1790000000350]]}\n\n");
+            "[[4,8,192,\"good\",1790000000350,\"8.000\"]]}\n\n");
   EXPECT_TRUE(live_.Tick(After(1s)));
   EXPECT_EQ(ReadAll(*viewer), "event: beat\ndata: {\"time_ms\":1790000001000}\n\n");
 }

@@ -322,10 +322,41 @@ TEST_F(WebTest, TheHistoryIsDownloadedPageByPage) {
   EXPECT_EQ(reply.headers["content-type"], "text/csv; charset=utf-8");
   EXPECT_EQ(reply.headers["content-disposition"],
             "attachment; filename=\"bay-1.feeder-1.current.csv\"");
-  EXPECT_THAT(reply.body, ::testing::StartsWith(
-                              "time_utc,point,value,quality,quality_text\r\n"
-                              "2026-09-21 00:00:00.000,bay-1.feeder-1.current,10.0,192,good\r\n"));
+  EXPECT_THAT(reply.body,
+              ::testing::StartsWith(
+                  "time_utc,point,value,quality,quality_text,shown\r\n"
+                  "2026-09-21 00:00:00.000,bay-1.feeder-1.current,10.0,192,good,10.00\r\n"));
   EXPECT_EQ(std::ranges::count(reply.body, '\n'), 601);
+  Stop();
+}
+
+TEST_F(WebTest, TheHistoryOfSeveralPointsIsOneTable) {
+  info_.history = std::make_shared<FakeHistory>();
+  Start();
+  const std::string point = "bay-1.feeder-1.current";
+  Reply reply = Get("/api/v1/history.csv?point=" + point + "," + point);
+  EXPECT_EQ(reply.headers["content-disposition"], "attachment; filename=\"history.csv\"");
+  EXPECT_EQ(std::ranges::count(reply.body, '\n'), 1201);
+  EXPECT_EQ(reply.body.find("time_utc", 1), std::string::npos) << "one head";
+  EXPECT_EQ(Get("/api/v1/history.csv?point=" + point + ",bay-1.feeder-1.none").status, 404);
+  EXPECT_EQ(Get("/api/v1/history.csv?point=" + std::string(64, ',')).status, 400);
+  Stop();
+}
+
+TEST_F(WebTest, EventsAreDownloadedAsATable) {
+  FakeEvents events;
+  info_.events = &events;
+  Start();
+  Reply reply = Get("/api/v1/events.csv?kind=message&text=ABOVE");
+  EXPECT_EQ(reply.headers["content-type"], "text/csv; charset=utf-8");
+  EXPECT_THAT(reply.body, ::testing::StartsWith(
+                              "seq,receive_time_utc,device_time_utc,clock_quality,line,device,"
+                              "channel,code,kind,text\r\n412,"));
+  EXPECT_THAT(reply.body,
+              ::testing::HasSubstr("bay-1,feeder-1,0,0,message,current of feeder-1 is"));
+  EXPECT_EQ(events.query.state, config::EventState::message);
+  EXPECT_EQ(events.query.text, "ABOVE");
+  EXPECT_EQ(Get("/api/v1/events?kind=alarm").status, 400);
   Stop();
 }
 

@@ -138,6 +138,82 @@ TEST_F(WebUsersTest, OnlyARoleThatMayWritesAPoint) {
   EXPECT_EQ(Client().Post("/api/v1/write", "{}", As("anna")).status, 400);
 }
 
+TEST_F(WebUsersTest, OperationsNeedTheirRoleAndAreInTheJournal) {
+  Start();
+  struct Row {
+    const char* path;
+    const char* body;
+    int anna;  ///< status for the operator
+    int otto;  ///< status for the engineer
+  };
+  const Row rows[] = {
+      {"/api/v1/devices/disable", R"({"device":"bay-1.feeder-1"})", 200, 200},
+      {"/api/v1/devices/enable", R"({"device":"bay-1.feeder-1"})", 200, 200},
+      {"/api/v1/devices/enable", R"({"device":"bay-1.none"})", 404, 404},
+      {"/api/v1/devices/enable", R"({"line":"bay-1"})", 400, 400},
+      {"/api/v1/lines/release", R"({"line":"bay-1"})", 200, 200},
+      {"/api/v1/lines/release", "", 400, 400},
+      {"/api/v1/reload/confirm", "{}", 403, 503},
+      {"/api/v1/reload/revert", "", 403, 503},
+  };
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.path);
+    EXPECT_EQ(Get(row.path, As("otto")).status, 405);
+    EXPECT_EQ(Client().Post(row.path, row.body).status, 401);
+    EXPECT_EQ(Client().Post(row.path, row.body, As("vera")).status, 403);
+    EXPECT_EQ(Client().Post(row.path, row.body, As("anna")).status, row.anna);
+    EXPECT_EQ(Client().Post(row.path, row.body, As("otto")).status, row.otto);
+    EXPECT_EQ(
+        Client().Post(row.path, row.body, As("otto") + "X-Forwarded-For: 10.0.0.9\r\n").status,
+        403);
+  }
+  EXPECT_THAT(lines_.calls(), Contains("do not use 0"));
+  EXPECT_THAT(lines_.calls(), Contains("take back 0"));
+  const auto journal = Journal();
+  EXPECT_THAT(journal, Contains("command web:anna@127.0.0.1 disable bay-1.feeder-1 ok"));
+  EXPECT_THAT(journal, Contains("command web:otto@127.0.0.1 take_back bay-1 ok"));
+  EXPECT_THAT(journal, Contains(HasSubstr("command web:otto@127.0.0.1 revert")));
+  EXPECT_THAT(journal, Contains(HasSubstr("denied vera /api/v1/devices/disable")));
+}
+
+TEST_F(WebUsersTest, NoOperationIsPossibleWithoutUsers) {
+  config_.users.file.clear();
+  Start();
+  for (const Operation& one : kOperations) {
+    EXPECT_EQ(Client().Post(std::string(one.path), "{}").status, 403) << one.path;
+  }
+  EXPECT_EQ(nlohmann::json::parse(Get("/api/v1/session").body)["may"], nlohmann::json::array());
+}
+
+TEST_F(WebUsersTest, TheSessionTellsWhatTheUserMay) {
+  Start();
+  const auto may = [&](const std::string& who, const std::string& more = "") {
+    return nlohmann::json::parse(Get("/api/v1/session", As(who) + more).body)["may"].dump();
+  };
+  EXPECT_EQ(may("vera"), "[]");
+  EXPECT_EQ(may("anna"), R"(["acknowledge","write","disable","release"])");
+  EXPECT_EQ(may("otto"),
+            R"(["acknowledge","write","disable","release","confirm","sessions","end_sessions"])");
+  EXPECT_EQ(may("anna", "X-Forwarded-For: 10.0.0.9\r\n"), "[]") << "others could read the request";
+}
+
+TEST_F(WebUsersTest, AWriteIsDeniedIfTheValueIsNotTheExpectedOne) {
+  Start();
+  Put(0, 0, static_cast<double>(5.3F));
+  const auto write = [&](const std::string& expect) {
+    const std::string body =
+        R"({"point":"bay-1.feeder-1.current","value":2,"expect":)" + expect + "}";
+    return nlohmann::json::parse(Client().Post("/api/v1/write", body, As("anna")).body);
+  };
+  EXPECT_EQ(write("5.3")["end"], "ok");
+  EXPECT_EQ(write(nlohmann::json(static_cast<double>(5.3F)).dump())["end"], "ok");
+  const auto denied = write("5.4");
+  EXPECT_EQ(denied["end"], "denied");
+  EXPECT_EQ(denied["needs"], "expect");
+  EXPECT_EQ(write("null")["end"], "denied");
+  EXPECT_EQ(write("[5.3]")["status"], 400);
+}
+
 TEST_F(WebUsersTest, AStreamEndsWithItsLogin) {
   Start();
   Reply login = Client().Post("/login", R"({"user":"vera","password":"correct horse"})");

@@ -113,6 +113,29 @@ TEST(Alarm, AnAcknowledgementOfAnEarlierEventIsIgnored) {
   EXPECT_TRUE(From(State::active, event).counts);
 }
 
+TEST(Alarm, TheWorstIsUnacknowledgedThenActiveThenOfPriorityThenNew) {
+  using config::AlarmPriority;
+  const auto alarm = [](State state, AlarmPriority priority, std::int64_t seq) {
+    Alarm one;
+    one.state = state;
+    one.priority = priority;
+    one.seq = seq;
+    return one;
+  };
+  const std::vector<Alarm> worst_first = {alarm(State::active, AlarmPriority::high, 2),
+                                          alarm(State::active, AlarmPriority::high, 1),
+                                          alarm(State::active, AlarmPriority::low, 9),
+                                          alarm(State::returned, AlarmPriority::high, 7),
+                                          alarm(State::returned, AlarmPriority::low, 8),
+                                          alarm(State::acknowledged, AlarmPriority::high, 3),
+                                          alarm(State::acknowledged, AlarmPriority::medium, 10)};
+  for (std::size_t i = 0; i + 1 < worst_first.size(); ++i) {
+    EXPECT_TRUE(IsWorse(worst_first[i], worst_first[i + 1])) << i;
+    EXPECT_FALSE(IsWorse(worst_first[i + 1], worst_first[i])) << i;
+    EXPECT_FALSE(IsWorse(worst_first[i], worst_first[i])) << i;
+  }
+}
+
 TEST(Alarm, TheFirstReadingIsAnEventIfTheStoredStateDiffers) {
   const auto counts = [](State state, Step step) {
     EventRecord event = Event(step);

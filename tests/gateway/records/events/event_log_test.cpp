@@ -327,13 +327,13 @@ TEST_F(EventLogTest, StoresAlarmsAndWhoAcknowledgedThem) {
     while (log->state().newest < 2) std::this_thread::yield();
     EXPECT_EQ(log->state().alarms_active, 2U);
     EXPECT_EQ(log->state().alarms_unacknowledged, 2U);
-    const Acknowledged one = Ack(*log, {.seq = 1, .by = "user:bob"});
+    const Acknowledged one = Ack(*log, {.seqs = {1}, .by = "user:bob"});
     EXPECT_EQ(one.alarms, 1U);
     EXPECT_EQ(one.trouble, "");
     EXPECT_EQ(log->state().newest, 3) << "it is on the disk when it is told";
     EXPECT_EQ(log->state().alarms_unacknowledged, 1U);
     EXPECT_EQ(Texts(*log).back(), "acknowledged by user:bob: a");
-    EXPECT_EQ(Ack(*log, {.seq = 1}).alarms, 0U);
+    EXPECT_EQ(Ack(*log, {.seqs = {1}}).alarms, 0U);
   }
   const auto log = Start(file());
   EXPECT_EQ(Ack(*log, {.line = "bay-1", .device = "feeder-2"}).alarms, 0U);
@@ -402,7 +402,7 @@ TEST_F(EventLogTest, ReportsThatAnAcknowledgementWaitsForTheDisk) {
   log->queue().Tell(Raised("a"));
   while (log->state().newest < 1) std::this_thread::yield();
   disk.write_error = SQLITE_FULL;
-  const Acknowledged done = Ack(*log, {.seq = 1});
+  const Acknowledged done = Ack(*log, {.seqs = {1}});
   EXPECT_EQ(done.alarms, 1U);
   EXPECT_THAT(done.trouble, HasSubstr("full"));
   disk.write_error = 0;

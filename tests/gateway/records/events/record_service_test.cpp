@@ -427,7 +427,7 @@ TEST(OwnRecords, DescribeTheStatesOfAnAlarm) {
   alarm.name = "current above 5";
   alarm.text = "current 8: above 5";
   alarm.seq = 7;
-  const EventRecord seen = AckRecord(alarm, {.seq = 7, .by = "user:anna"}, kAt);
+  const EventRecord seen = AckRecord(alarm, {.seqs = {7}, .by = "user:anna"}, kAt);
   EXPECT_EQ(seen.code, 1000016U);
   EXPECT_EQ(seen.text, "acknowledged by user:anna: current 8: above 5");
   EXPECT_EQ(seen.subject, alarm.name);

@@ -148,11 +148,11 @@ TEST_F(PointsClient, ReadPrintsATable) {
   store_.Update(2, {&sample, 1}, ReadClocks(), 10ms);
   StartServer();
   EXPECT_EQ(RunRead({"io.ai-1.setting", false, path()}, out_, err_), 0) << err_.str();
-  EXPECT_THAT(out_.str(), StartsWith("point    value  unit  quality  age\nsetting  5.25   A     "));
+  EXPECT_THAT(out_.str(), StartsWith("point    value  unit  quality  age\nsetting  5.250  A     "));
   Clear();
   lines_.result = {.reason = "the device is offline"};
   EXPECT_EQ(RunRead({"io.ai-1.setting", false, path()}, out_, err_), kNotDone);
-  EXPECT_THAT(out_.str(), HasSubstr("setting  5.25   A     not read now; last quality: "));
+  EXPECT_THAT(out_.str(), HasSubstr("setting  5.250  A     not read now; last quality: "));
   EXPECT_THAT(err_.str(), HasSubstr("io.ai-1.setting: the device is offline"));
 }
 
@@ -377,8 +377,8 @@ TEST_F(HistoryClient, PatternsMatchTheStoredPoints) {
   EXPECT_EQ(
       out_.str(),
       "time                      point                                        value  quality\n"
-      "2026-09-21T14:13:20.000Z  bay-1.feeder-1.current                         1.5  good\n"
-      "2026-09-21T14:13:20.000Z  bay-1.feeder-2.current                         1.5  good\n");
+      "2026-09-21T14:13:20.000Z  bay-1.feeder-1.current                       1.500  good\n"
+      "2026-09-21T14:13:20.000Z  bay-1.feeder-2.current                       1.500  good\n");
 }
 
 TEST_F(HistoryClient, PatternsWithoutAMatchAreExplained) {
@@ -393,7 +393,7 @@ TEST_F(HistoryClient, FitsATerminal) {
   EXPECT_EQ(out_.str(),
             "time                      point                   value\n"
             "    quality\n"
-            "2026-09-21T14:13:20.000Z  bay-1.feeder-1.current    1.5\n"
+            "2026-09-21T14:13:20.000Z  bay-1.feeder-1.current  1.500\n"
             "    good\n");
 }
 
@@ -409,6 +409,7 @@ using Json = nlohmann::ordered_json;
 Json Device(const std::string& name, const std::string& state, int ok, const std::string& says) {
   return {{"name", name},
           {"state", state},
+          {"maintenance", nullptr},
           {"recent", {{"exchanges", 32}, {"ok", ok}}},
           {"advice", Json::array({says})}};
 }

@@ -206,8 +206,8 @@ TEST(Map, CsvHasOneRowPerPoint) {
   const Ran ran = Map(kGood, tools::MapFormat::csv);
   EXPECT_THAT(ran.out,
               HasSubstr("bay,d,7,current,\"input, holding\",\"4,3\",,0,30001/40001,2,"
-                        "float32,CDAB,A,r,fast,20000,40000,gate/d/current,A1,current\r\n"));
-  EXPECT_THAT(ran.out, HasSubstr("bay,e,,p,,,,,,,string(5),,,r,fast,,,gate/e/p,A1,\r\n"));
+                        "float32,CDAB,A,r,fast,20000,40000,gate/d/current,A1,current,,\r\n"));
+  EXPECT_THAT(ran.out, HasSubstr("bay,e,,p,,,,,,,string(5),,,r,fast,,,gate/e/p,A1,,,\r\n"));
 }
 
 TEST(Map, NoCellOfTheCsvIsAFormula) {
@@ -216,7 +216,7 @@ TEST(Map, NoCellOfTheCsvIsAFormula) {
       "[{ name: p, read: A1, type: int16, unit: \"@SUM(A1)\", description: \"=1+1\" }] }] }\n";
   const std::string out = Map(text, tools::MapFormat::csv).out;
   EXPECT_THAT(out, HasSubstr(",'@SUM(A1),"));
-  EXPECT_THAT(out, HasSubstr(",'=1+1\r\n"));
+  EXPECT_THAT(out, HasSubstr(",'=1+1,,\r\n"));
 }
 
 TEST(Map, JsonHasAllPoints) {

@@ -68,8 +68,9 @@ TEST_F(ProfileFiles, ARegisterListBecomesAValidProfile) {
             kExitDone)
       << err_.str();
   const std::string profile = out_.str();
-  EXPECT_THAT(profile, HasSubstr("  - { name: voltage, read: \"holding 0 uint16\", type: float32, "
-                                 "scale: 0.1, unit: \"V\", modbus: 0, simulate: 2304 }\n"));
+  EXPECT_THAT(profile,
+              HasSubstr("  - { name: voltage, read: \"holding 0 uint16\", type: float32, "
+                        "scale: 0.1, precision: 1, unit: \"V\", modbus: 0, simulate: 2304 }\n"));
   EXPECT_THAT(profile, HasSubstr("name: energy_in, read: \"holding 4 uint32\", type: float64"));
   EXPECT_THAT(profile, HasSubstr("description: \"Energy \\\"in\\\"\""));
   EXPECT_THAT(profile,
