@@ -95,13 +95,10 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
 ///   `seq`     the numbers of alarms as a person has seen them. An alarm that has gone, or was
 ///             raised again, is not selected.
 Result<events::AckQuery> AckOf(const Gateway& gateway, const Json& request) {
-  const std::size_t members = request.size() - 1;  // without `command`
-  if (members != 1) return Error{"name the alarms by 'target', 'line' or 'seq'"};
   events::AckQuery query;
   if (const auto seqs = request.find("seq"); seqs != request.end()) {
     for (const Json& seq : *seqs) query.seqs.push_back(seq.get<std::int64_t>());
-    if (!query.seqs.empty() && query.seqs.size() <= events::kPage) return query;
-    return Error{"'seq' must have 1 to " + std::to_string(events::kPage) + " numbers"};
+    return query;
   }
   query.whole_line = request.contains("line");
   if (!query.whole_line) {
@@ -382,6 +379,12 @@ Reply ShowAlarms(const Gateway& gateway, const Request& request) {
 
 Reply Acknowledge(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
+  const std::size_t members = request.json.size() - 1;  // without `command`
+  if (members != 1) return Refused(kUsage, "name the alarms by 'target', 'line' or 'seq'");
+  const auto seqs = request.json.find("seq");
+  if (seqs != request.json.end() && (seqs->empty() || seqs->size() > events::kPage)) {
+    return Refused(kUsage, "'seq' must have 1 to " + std::to_string(events::kPage) + " numbers");
+  }
   auto query = AckOf(gateway, request.json);
   if (!query) return Refused(kUnknown, query.error());
   query->by = request.client.name;

@@ -222,23 +222,17 @@ LivePoints::AlarmCounts LivePoints::CountAlarms() const {
   return {state.alarms_active, state.alarms_unacknowledged, state.newest};
 }
 
-/// Returns the event with the numbers of alarms, the worst alarm, and the newest unacknowledged
-/// alarm; if all alarms are acknowledged, the newest alarm.
+/// Returns the event with the numbers of alarms and the worst alarm.
 std::string LivePoints::AlarmsEvent() const {
   using Json = nlohmann::ordered_json;
   std::vector<events::Alarm> alarms;
   if (events_ != nullptr) alarms = events_->Alarms();
-  const auto newest = std::ranges::max_element(alarms, {}, [](const events::Alarm& alarm) {
-    return std::pair(events::IsUnacknowledged(alarm.state), alarm.seq);
-  });
   const auto count = [&](auto is) {
     return std::ranges::count_if(alarms, is, &events::Alarm::state);
   };
-  const Json json = {
-      {"active", count(events::IsActive)},
-      {"unacknowledged", count(events::IsUnacknowledged)},
-      {"worst", status::WorstJson(alarms)},
-      {"newest", newest == alarms.end() ? Json(nullptr) : status::AlarmJson(*newest)}};
+  const Json json = {{"active", count(events::IsActive)},
+                     {"unacknowledged", count(events::IsUnacknowledged)},
+                     {"worst", status::WorstJson(alarms)}};
   return Event("alarms", json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 

@@ -49,7 +49,7 @@ TEST_F(LivePointsTest, AViewerGetsASnapshotAndThenChanges) {
                                 "\"generation\":1,\"values\":[[0,null,32,"));
   EXPECT_THAT(first, HasSubstr("[1,0.5,192,\"good\",1790000000000,\"0.5000\"]"));
   EXPECT_THAT(first, HasSubstr("event: alarms\ndata: {\"active\":0,\"unacknowledged\":0,"
-                               "\"worst\":null,\"newest\":null}\n\n"));
+                               "\"worst\":null}\n\n"));
   EXPECT_TRUE(live_.Tick(After(200ms)));
   EXPECT_EQ(ReadAll(*viewer), "") << "nothing has changed";
   Put(2, 0, 7, After(300ms));

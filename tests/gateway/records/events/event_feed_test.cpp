@@ -254,6 +254,12 @@ TEST_F(EventPageTest, StoredEventsAreReadBack) {
   EXPECT_EQ(Read({.line = "bay-2"}).records.size(), 0U);
   EXPECT_EQ(Read({.after = 2}).records.size(), 1U);
   EXPECT_EQ(Read({.since = kWall + 2s}).records.size(), 2U);
+  EXPECT_EQ(Read({.until = kWall + 2s}).records.size(), 1U);
+  EXPECT_EQ(Read({.state = config::EventState::on}).records.size(), 3U);
+  EXPECT_EQ(Read({.state = config::EventState::off}).records.size(), 0U);
+  EXPECT_EQ(Read({.text = "STAGE i>"}).records.size(), 3U);
+  EXPECT_EQ(Read({.text = "stage_"}).records.size(), 0U) << "no pattern";
+  EXPECT_EQ(Read({.after = 1, .device = "feeder-1", .text = "started"}).records.size(), 1U);
   const auto contents = table.Read();
   EXPECT_TRUE(contents.ok);
   EXPECT_EQ(contents.last, 3);
