@@ -23,9 +23,11 @@ def test_dark_and_light(context):
 def test_every_width(context):
     browser = context.browser
     try:
-        for width, height in ((360, 740), (1024, 768), (3840, 2160)):
+        for width, height in ((360, 740), (390, 844), (1024, 768), (3840, 2160)):
             browser.size(width, height)
-            for view, words in views(context).items():
+            for view, words in [*views(context).items(), (context.trends and trends(context, "1h"), "Maximum")]:
+                if not view:
+                    continue
                 open_view(context, view, words)
                 wide = browser.run("return document.documentElement.scrollWidth - document.documentElement.clientWidth")
                 assert wide <= 0, (view, width, wide)

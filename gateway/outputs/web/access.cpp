@@ -225,12 +225,15 @@ constexpr std::string_view kLogin = "/login";
 constexpr std::string_view kLogout = "/logout";
 constexpr std::string_view kSession = "/api/v1/session";
 constexpr std::string_view kSessions = "/api/v1/sessions";
+constexpr std::string_view kWrites = "/api/v1/writes";
 constexpr std::string_view kEndSession = "/api/v1/sessions/end";
 
 bool IsPost(std::string_view path) {
   return path == kLogin || path == kLogout || path == Access::kAcknowledge || path == kEndSession ||
          OperationAt(path) != nullptr;
 }
+
+bool MayAudit(const Request& request) { return request.role && May(*request.role, Act::audit); }
 
 /// Decodes a value of an HTML form, e.g. "a%20b+c".
 std::string Unescaped(std::string_view text) {
@@ -366,6 +369,7 @@ bool Access::IsSlow(const Request& request) {
 std::optional<Response> Access::Answer(const Request& request, const Now& now) {
   if (request.path == kSession) return Session(request);
   if (request.path == kSessions) return Sessions(request, now);
+  if (request.path == kWrites && !MayAudit(request)) return NeedsRole(request, Act::audit);
   if (request.path == kEndSession) return EndSession(request, now);
   if (request.path == kLogin) return Login(request, now);
   if (request.path == kLogout) return Logout(request, now);
@@ -375,8 +379,7 @@ std::optional<Response> Access::Answer(const Request& request, const Now& now) {
 }
 
 Response Access::Sessions(const Request& request, const Now& now) {
-  const bool may =
-      request.role && (May(*request.role, Act::audit) || May(*request.role, Act::configure));
+  const bool may = MayAudit(request) || (request.role && May(*request.role, Act::configure));
   if (!may) return NeedsRole(request, Act::audit);
   Json sessions = Json::array();
   for (const Logins::Shown& one : logins_.Sessions(now)) {
@@ -449,8 +452,9 @@ Response Access::Session(const Request& request) {
     if (MayDo(request, one.act) && (may.empty() || may.back() != one.may)) may.push_back(one.may);
   }
   const bool configures = request.role && May(*request.role, Act::configure);
-  if (configures || (request.role && May(*request.role, Act::audit))) may.push_back("sessions");
+  if (configures || MayAudit(request)) may.push_back("sessions");
   if (configures) may.push_back("end_sessions");
+  if (MayAudit(request)) may.push_back("writes");
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;

@@ -337,8 +337,9 @@ namespace {
 
 using status::Json;
 
-constexpr std::array<std::string_view, 4> kPaths = {"/api/v1/events", "/api/v1/history",
-                                                    "/api/v1/history.csv", "/api/v1/events.csv"};
+constexpr std::array<std::string_view, 5> kPaths = {"/api/v1/events", "/api/v1/history",
+                                                    "/api/v1/history.csv", "/api/v1/events.csv",
+                                                    "/api/v1/writes"};
 constexpr std::size_t kMostInCsv = 64;
 
 Json RowsJson(const history::Chart& chart) {
@@ -437,6 +438,8 @@ bool PastApi::Answer(const Request& request, Now now, const Answered& answered) 
     answered(HistoryCsv(request, now));
   } else if (request.path == kPaths[3]) {
     answered(EventsCsv(request, now));
+  } else if (request.path == kPaths[4]) {
+    answered(Writes(request, now));
   } else {
     return false;
   }
@@ -460,6 +463,12 @@ Result<Json> EventsAsk(const Request& request) {
 
 Response PastApi::Events(const Request& request, Now now) {
   const auto ask = EventsAsk(request);
+  if (!ask) return Problem(400, ask.error());
+  return ResponseOf(Page(*ask, now));
+}
+
+Response PastApi::Writes(const Request& request, Now now) {
+  const auto ask = AskOf(request, "writes", {{"after", true}, {"since_ms", true}});
   if (!ask) return Problem(400, ask.error());
   return ResponseOf(Page(*ask, now));
 }

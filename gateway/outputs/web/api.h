@@ -136,6 +136,7 @@ class PastApi {
   Response History(const Request& request, Now now);
   Response HistoryCsv(const Request& request, Now now);
   Response EventsCsv(const Request& request, Now now);
+  Response Writes(const Request& request, Now now);
   Response Csv(std::vector<status::Json> asks, std::string name, std::string head,
                std::string (*row)(const status::Json& record), Now now);
   std::string Page(const status::Json& ask, Now now);

@@ -302,7 +302,8 @@ class HistoryPrinter {
               Rounded(record, "seconds_good")};
     }
     if (record.contains("gap")) return {time, point, "-", status::GapText(record)};
-    return {time, point, Shown(record, record.contains("shown") ? "shown" : "value"),
+    const std::string shown = FieldText(record, "shown");
+    return {time, point, shown.empty() ? Shown(record, "value") : shown,
             FieldText(record, "quality_text")};
   }
 

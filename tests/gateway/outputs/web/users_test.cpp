@@ -31,7 +31,8 @@ class WebUsersTest : public WebTest {
     EXPECT_TRUE(file.Set("anna", Role::operating, "correct horse"));
     EXPECT_TRUE(file.Set("vera", Role::viewer, "correct horse"));
     EXPECT_TRUE(file.Set("otto", Role::engineer, "correct horse"));
-    for (const char* name : {"anna", "vera", "otto"}) {
+    EXPECT_TRUE(file.Set("rita", Role::auditor, "correct horse"));
+    for (const char* name : {"anna", "vera", "otto", "rita"}) {
       tokens_[name] = file.AddToken(name, ReadClocks().wall + 1h).value();
     }
     std::ofstream(folder_ / "users") << file.Text();
@@ -234,6 +235,19 @@ TEST_F(WebUsersTest, ARequestWithoutContentTakesAPlaceWhateverItsLength) {
   const std::string length = "Content-Length: 00\r\n";
   ASSERT_EQ(first.Open("/api/v1/points/stream", As("vera") + length).status, 200);
   EXPECT_EQ(Get("/api/v1/status", As("vera") + length).status, 503);
+}
+
+TEST_F(WebUsersTest, OnlyAuditorsReadTheAuditOfWrites) {
+  Start();
+  EXPECT_EQ(Get("/api/v1/writes", As("otto")).status, 403);
+  EXPECT_EQ(Get("/api/v1/writes").status, 401);
+  // This gateway permits no write, so it has no records.
+  const Reply records = Get("/api/v1/writes?after=0&since_ms=0", As("rita"));
+  EXPECT_EQ(records.status, 503);
+  EXPECT_THAT(records.body, HasSubstr("writes"));
+  EXPECT_EQ(Get("/api/v1/writes?line=bay-1", As("rita")).status, 400);
+  EXPECT_EQ(nlohmann::json::parse(Get("/api/v1/session", As("rita")).body)["may"].dump(),
+            R"(["sessions","writes"])");
 }
 
 TEST_F(WebUsersTest, AnEngineerListsAndEndsSessions) {

@@ -367,6 +367,7 @@ export class Plot {
             row && row[1] !== row[3] ? ` (${rounded(row[1])} … ${rounded(row[3])})` : '',
             row && row[4] < 0.995 ? ', not always good' : '')),
         ...marks.map((mark) => h('div', {class: `flag ${mark.kind}`}, mark.text)));
+    this.tip.style.left = '0';
     const {offsetWidth: width, offsetHeight: height} = this.tip;
     const room = this.box.clientWidth;
     const at = x + 14 + width < room ? x + 14 : x - 14 - width;
