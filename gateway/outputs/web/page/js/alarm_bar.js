@@ -44,8 +44,7 @@ export function startAlarmBar(bar) {
   const spoken = h('span', {class: 'hidden', role: 'status'});
   bar.append(shape, worst, total, button, spoken);
 
-  on('alarms', ({active, unacknowledged, worst: one, newest}) => {
-    const first = one === undefined ? newest : one;
+  on('alarms', ({active, unacknowledged, worst: first}) => {
     const alarm = first && unseen(first) ? first : null;
     shown = alarm;
     bar.hidden = false;
