@@ -235,7 +235,7 @@ class Handler(BaseHTTPRequestHandler):
         return [e for e in self.gateway.events
                 if e["seq"] > after and e["device_time"] >= since
                 and (not target or target in (f"{e['line']}.{e['device']}", e["device"]))
-                and query.get("kind", e["state"]) == e["state"] and query.get("priority", e["priority"]) == e["priority"]
+                and query.get("kind", e["state"]) == e["state"]
                 and query.get("text", "").lower() in e["text"].lower()]
 
     def get_events(self, query):
@@ -246,8 +246,8 @@ class Handler(BaseHTTPRequestHandler):
         return {"records": page, "next": page[-1]["seq"] if page else int(query.get("after", 0)), "more": len(found) > 200}
 
     def get_events_csv(self, query):
-        keys = ("seq", "receive_time", "device_time", "line", "device", "channel", "code", "state", "priority", "text")
-        rows = ["seq,receive_time_utc,device_time_utc,line,device,channel,code,kind,priority,text"]
+        keys = ("seq", "receive_time", "device_time", "line", "device", "channel", "code", "state", "text")
+        rows = ["seq,receive_time_utc,device_time_utc,line,device,channel,code,kind,text"]
         rows += [",".join(str(e[key]) for key in keys) for e in self.events_for(query)]
         self.answer("\n".join(rows).encode(), "text/csv")
 

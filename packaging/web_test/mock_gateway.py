@@ -160,7 +160,6 @@ class Gateway:
             event = dict(SAMPLES["events"][n % len(SAMPLES["events"])])
             event["seq"] = n + 1
             event["receive_time"] = event["device_time"] = iso(start + n * 11)
-            event["priority"] = ""
             self.events.append(event)
         self.alarms = [{**alarm, "unacknowledged": True} for alarm in copy.deepcopy(SAMPLES["alarms"])]
         self.raise_alarm("", "127.0.0.1:1", "server 127.0.0.1:1 cannot be reached: Connection refused", "low", "", "server away", 6000)
@@ -257,11 +256,10 @@ class Gateway:
         now = iso(time.time())
         self.events.append({"seq": len(self.events) + 1, "receive_time": now, "device_time": now,
                             "clock_quality": 1, "line": line, "device": device, "channel": 0, "code": code,
-                            "state": state, "text": text, "priority": ""})
+                            "state": state, "text": text})
 
     def raise_alarm(self, line, device, text, priority="high", point="", name="", ago=0):
         self.add_event(line, device, 3, "on", text)
-        self.events[-1]["priority"] = priority
         if ago:
             self.events[-1]["receive_time"] = self.events[-1]["device_time"] = iso(time.time() - ago)
         at = iso(time.time() - ago)

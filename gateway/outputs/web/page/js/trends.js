@@ -80,8 +80,9 @@ class Span {
 const deviceOf = (point) => point.split('.').slice(0, 2).join('.');
 const devicesOf = (names) => [...new Set(names.map(deviceOf))];
 
-/** The events and alarms of a device, as marks of a chart. */
+/** The events of a device, as marks of a chart. The mark of an event that has raised an alarm has the alarm's priority. */
 async function fetchMarks(device, from, until) {
+  const alarms = new Map((await get('alarms', {})).records.map(({seq, priority}) => [seq, priority]));
   const records = [];
   for (let after = 0, pages = 0; pages < mostPages; ++pages) {
     const page = await get('events', {target: device, after, since_ms: Math.round(from)});
@@ -89,7 +90,7 @@ async function fetchMarks(device, from, until) {
     if (!page.more) break;
     after = page.next;
   }
-  return records.map((event) => ({device, time: Date.parse(event.device_time), kind: kinds[event.priority] || 'event',
+  return records.map((event) => ({device, time: Date.parse(event.device_time), kind: kinds[alarms.get(event.seq)] || 'event',
     text: event.text})).filter(({time}) => time >= from && time <= until);
 }
 
