@@ -172,7 +172,7 @@ TEST(Points, TypesMayHaveTheirIec61131Names) {
 
 config::Loaded LoadRatios(const std::string& ratios) {
   return Load(
-      "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [\n"
+      "events: {}\nlines:\n- { name: l, port: /dev/l, protocol: fake, devices: [\n"
       "{ name: d, address: 1, ratios: " +
       ratios +
       ",\n"

@@ -196,7 +196,7 @@ TEST_F(FarGateway, IsReceivedAgainAfterItsInterfaceWasRecreated) {
     network_.AddCable();
     Publish(3.5);
   };
-  EXPECT_THAT(Watch({{"2.5 A", renew}, {"3.5 A", StopWatch}}),
+  EXPECT_THAT(Watch({{"2.500 A", renew}, {"3.500 A", StopWatch}}),
               HasSubstr("watch: the interface of " + kInterface + " was created again; "));
 }
 
@@ -206,7 +206,7 @@ TEST_F(FarGateway, IsReceivedWhenTheCableIsPluggedInLate) {
     network_.PlugIn();
     Publish(2.5);
   };
-  EXPECT_THAT(Watch({{"", begin}, {"2.5 A", StopWatch}}),
+  EXPECT_THAT(Watch({{"", begin}, {"2.500 A", StopWatch}}),
               HasSubstr("watch: the interface of " + kInterface + " is up now; watch restarts"));
 }
 

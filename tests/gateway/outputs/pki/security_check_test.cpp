@@ -103,9 +103,11 @@ TEST_F(SecurityCheck, ReportsAKeyWithAPassword) {
                                           nullptr, nullptr),
             1);
   WriteText(files_.key, tls::Written(to));
-  EXPECT_THAT(Found(), ElementsAre("key: g/key.pem is encrypted, and password_file does not "
-                                   "contain the right password"));
+  EXPECT_THAT(Found(), ElementsAre("key: g/key.pem is encrypted; set password_file"));
   files_.password_file = folder_.In("password");
+  WriteText(files_.password_file, "wrong\n");
+  EXPECT_THAT(Found(), ElementsAre("key: g/key.pem is encrypted, and the password in password_file "
+                                   "is wrong"));
   WriteText(files_.password_file, "plinth-42\n");
   EXPECT_THAT(Found(), IsEmpty());
   EXPECT_EQ(CheckSecurity(files_, kNow).password, "plinth-42");

@@ -92,7 +92,7 @@ TEST_F(WatchTest, OncePrintsTheWholeImageAsATable) {
   const Watched watched = RunIt(options);
   EXPECT_EQ(watched.exit_code, 0) << watched.err;
   EXPECT_EQ(std::count(watched.out.begin(), watched.out.end(), '\n'), 1 + 6) << watched.out;
-  EXPECT_THAT(watched.out, HasSubstr("2.5  A     good"));
+  EXPECT_THAT(watched.out, HasSubstr("2.500  A     good"));
   EXPECT_THAT(watched.out, HasSubstr("waiting for initial data"));
   EXPECT_THAT(watched.out, HasSubstr("SPCJ? 4D29"));
   EXPECT_THAT(watched.out, Not(HasSubstr("\x1b")));
@@ -160,7 +160,7 @@ TEST_F(WatchTest, ATerminalGetsALiveTable) {
 TEST_F(WatchTest, OtherOutputsGetPlainLines) {
   const Watched watched = RunUntilSeen(Options(), "feeder-0  p0");
   EXPECT_EQ(watched.exit_code, 0);
-  EXPECT_THAT(watched.out, HasSubstr("substation-7  feeder-0  p0  2.5 A  good\n"));
+  EXPECT_THAT(watched.out, HasSubstr("substation-7  feeder-0  p0  2.500 A  good\n"));
   EXPECT_THAT(watched.out, Not(HasSubstr("\x1b")));
 }
 
