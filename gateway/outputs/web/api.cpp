@@ -281,6 +281,13 @@ Result<Json> WriteOf(const Json& body) {
                      is_value("value") && !body["value"].is_null() &&
                      (!body.contains("expect") || is_value("expect"));
   if (!whole) return Error{"write {\"point\":\"LINE.DEVICE.POINT\",\"value\":2}"};
+  // A misspelt `expect` must not be a write without a condition.
+  for (const auto& [key, value] : body.items()) {
+    if (key != "point" && key != "value" && key != "expect" && key != "confirm") {
+      return Error{Quoted(key) +
+                   " is no member of a write; members: point, value, expect, confirm"};
+    }
+  }
   Json ask = {{"target", body["point"]}, {"value", TextFor(body["value"])}};
   if (body.contains("expect")) ask["expect"] = TextFor(body["expect"]);
   if (body.contains("confirm")) ask["confirm"] = body["confirm"];
@@ -290,7 +297,7 @@ Result<Json> WriteOf(const Json& body) {
 /// Converts a body with one member, e.g. {"device": "LINE.DEVICE"}.
 Result<Json> TargetOf(const Json& body, const std::string& member) {
   if (member.empty()) return Json::object();
-  if (body.is_object() && body.contains(member) && body[member].is_string()) {
+  if (body.is_object() && body.size() == 1 && body.contains(member) && body[member].is_string()) {
     return Json{{"target", body[member]}};
   }
   return Error{"write {\"" + member + "\":\"" + (member == "line" ? "LINE" : "LINE.DEVICE") +

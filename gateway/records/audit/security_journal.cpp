@@ -76,8 +76,10 @@ struct SecurityJournal::File {
     return std::exchange(lost, 0);
   }
 
-  /// Counts the row. False: there were too many of its kind, user and host in this minute.
+  /// Counts the row. False: there were too many of its kind, user and host in this minute. A
+  /// command that has changed something always gets its row, however many others have failed.
   bool MayAdd(const SecurityEvent& event, WallTime now) {
+    if (event.kind == "command" && event.result.starts_with("ok")) return true;
     // Rows of all users and hosts beyond this number share one count.
     constexpr std::size_t kMostCounts = 256;
     std::string key = event.kind + "\n" + event.who + "\n" + HostOf(event.from);

@@ -213,6 +213,7 @@ TEST_F(WebUsersTest, AWriteIsDeniedIfTheValueIsNotTheExpectedOne) {
   EXPECT_EQ(denied["needs"], "expect");
   EXPECT_EQ(write("null")["end"], "denied");
   EXPECT_EQ(write("[5.3]")["status"], 400);
+  EXPECT_EQ(write("5.3,\"expected\":5.3")["status"], 400) << "a member that does not exist";
 }
 
 TEST_F(WebUsersTest, AStreamEndsWithItsLogin) {

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -74,6 +75,20 @@ TEST_F(SecurityJournalTest, ManyRowsOfOneUserAndHostAreCounted) {
   const auto rows = VerifyJournal(folder_).value().rows;
   ASSERT_THAT(rows, SizeIs(SecurityJournal::kMostInAMinute + 4));
   EXPECT_EQ(rows[12].event.result, "990 more in a minute, the last: ok");
+}
+
+TEST_F(SecurityJournalTest, ACommandThatChangedSomethingIsNeverFolded) {
+  {
+    SecurityJournal journal(folder_);
+    for (int i = 0; i < 40; ++i) {
+      journal.Note({"command", "otto", "", "enable nope", "there is no line"}, WallTime(1s));
+      if (i % 20 == 19) journal.Note({"command", "otto", "", "disable a.b", "ok"}, WallTime(1s));
+    }
+  }
+  const auto rows = VerifyJournal(folder_).value().rows;
+  EXPECT_EQ(
+      std::ranges::count(rows, "disable a.b", [](const JournalRow& row) { return row.event.what; }),
+      2);
 }
 
 TEST_F(SecurityJournalTest, ARemovedFileIsMadeAgainAndTheChainGoesOn) {

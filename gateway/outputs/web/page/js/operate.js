@@ -136,7 +136,7 @@ export function write(point) {
   const seen = () => valueOf(point.id)?.value ?? null;
   const limits = [['min', 'at least'], ['max', 'at most'], ['step', 'in steps of']].filter(([key]) => point[key] !== undefined)
       .map(([key, text]) => `${text} ${point[key]}`).join(', ');
-  const input = field(point, point.write_only ? null : valueOf(point.id)?.shown || seen());
+  const input = field(point, point.write_only ? null : seen());
   let step = null;
 
   function first() {
@@ -155,7 +155,10 @@ export function write(point) {
   function second() {
     const value = typed(point, input.value);
     const expect = seen();
-    const old = textOf(point, expect, valueOf(point.id));
+    // Rounded, the old and the new value could look the same, so the exact value stands beside the shown one.
+    const now = valueOf(point.id);
+    const exact = typeof expect === 'number' && !statesOf(point) && Number(now?.shown) !== expect ? ` (${expect})` : '';
+    const old = textOf(point, expect, now) + exact;
     const sure = h('input', {type: 'checkbox', required: true});
     setText(title, 'Write this to the device?');
     content.replaceChildren(rows([['Device', device], ['Point', point.point],
