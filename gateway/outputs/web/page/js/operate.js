@@ -155,7 +155,7 @@ export function write(point) {
   function second() {
     const value = typed(point, input.value);
     const expect = seen();
-    // Rounded, the old and the new value could look the same, so the exact value stands beside the shown one.
+    // Rounded, the old and the new value could look the same, so the exact value follows in brackets.
     const now = valueOf(point.id);
     const exact = typeof expect === 'number' && !statesOf(point) && Number(now?.shown) !== expect ? ` (${expect})` : '';
     const old = textOf(point, expect, now) + exact;
