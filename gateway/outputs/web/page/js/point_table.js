@@ -226,9 +226,9 @@ export class PointTable {
     this.places.clear();
     for (let index = first; index < first + size; ++index) {
       const row = this.rows[index % size];
-      const moved = row.index !== index || !many;
       row.show(this.points[index], index, this.full);
-      if (moved) row.element.style.transform = many ? `translateY(${index * this.height}px)` : '';
+      const shift = many ? `translateY(${index * this.height}px)` : '';  // the height changes with the width of the window
+      if (row.shift !== shift) row.element.style.transform = row.shift = shift;
       if (!this.points[index].heading) this.places.set(this.points[index].id, row);
     }
   }
