@@ -260,7 +260,7 @@ void PortLoan::OnArrival(const Arrival& arrival, Now now) {
   audit::SecurityJournal* const journal = links_.records.journal;
   if (journal == nullptr) return;
   const std::string port = "port of line " + links_.config.name + " at " + arrival.place;
-  journal->NoteHost(arrival.peer, port, now.wall);
+  if (arrival.why_not.empty()) journal->NoteHost(arrival.peer, port, now.wall);
   if (!arrival.has_tls) return;
   journal->Note({"login", arrival.who, HostOf(arrival.peer), port,
                  arrival.why_not.empty() ? "ok" : arrival.why_not},

@@ -216,7 +216,8 @@ void Server::Welcome(tcp::socket socket) {
   const tcp::endpoint peer = socket.remote_endpoint(gone);
   if (gone) return;
   if (config_.tls.on()) return BeginTls(std::move(socket), peer);
-  owner_.OnArrival({.peer = NameOf(peer), .place = config_.Address()}, ReadClocks());
+  if (!WhyNot(peer))
+    owner_.OnArrival({.peer = NameOf(peer), .place = config_.Address()}, ReadClocks());
   Admit(tls::NetStream(std::move(socket)), peer);
 }
 

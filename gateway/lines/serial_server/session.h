@@ -121,7 +121,8 @@ class PortOwner {
   /// Reports that clients can connect at the address `place`, or, in `trouble`, why they cannot.
   /// The server retries.
   virtual void OnListening(const std::string& place, const std::string& trouble, Now now) = 0;
-  /// Reports a client that has connected: its address, and the result of its TLS handshake.
+  /// Reports a client that is not refused when it connects: its address, and the result of its TLS
+  /// handshake.
   struct Arrival {
     std::string peer;
     std::string place;      ///< the address of the server, "10.0.0.1:4001"

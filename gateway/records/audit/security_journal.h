@@ -57,7 +57,8 @@ class SecurityJournal {
   /// Adds a row. Any thread may call it; it does not wait for the disk. Texts are cut at 240 bytes,
   /// and control characters in them are replaced (WithoutControls). At most kMostInAMinute
   /// rows with the same kind, user and host are added in a minute; the others are counted, and
-  /// their number is a row at the end of the minute.
+  /// their number is a row at the end of the minute. A `command` with the result "ok" is always
+  /// added.
   void Note(SecurityEvent event, WallTime now);
   /// Adds a row `host` if the host of the client `peer` has not connected at `place`, such as
   /// "127.0.0.1:502", since the start. Any thread may call it. The journal remembers kMostHosts,
