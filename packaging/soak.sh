@@ -11,6 +11,7 @@
 #        packaging/soak.sh events [THOUSANDS] [KILLS]  a million events of relays and meters under virtual time, over kills and power cuts: file, DDS and Modbus
 #                                           get each once, in order; then the real gateway killed 200 times in bursts of events of a relay
 #        packaging/soak.sh service [MINUTES]  a gateway with 14 devices, without and with DDS: watched for 30 minutes, then killed 50 times
+#        packaging/soak.sh everything [MINUTES]  a gateway with AddressSanitizer, TLS, users and DDS: three hours of clients, attacks, reloads and dead devices
 #        packaging/soak.sh fuzz [RUNS]      every fuzz target, 10,000,000 executions each: some hours
 # An existing build of the targets is taken from $BAUDGATE_FUZZ_BUILD.
 set -euo pipefail
@@ -120,6 +121,16 @@ soak_service() {
   done
 }
 
+# Prints a line each about memory, descriptors and the uses of the interfaces.
+soak_everything() {
+  local minutes=${1:-180}
+  whole "$minutes"
+  build_tests release baudgate
+  build_tests asan baudgate baudgate-dds
+  say "a gateway with every interface, $minutes minutes"
+  tests/soak/everything.py build/asan/baudgate build/release/baudgate "$minutes"
+}
+
 usage() {
   sed -n '2,/^set /{/^#/s/^# //p}' "$0" >&2
   exit 2
@@ -136,6 +147,7 @@ if [ $# = 0 ]; then
   soak_audit
   soak_events
   soak_service
+  soak_everything
   soak_fuzz
   exit
 fi
