@@ -8,8 +8,8 @@ cd "$(dirname "$0")/.."
 preset=${1:-release}
 build_tests "$preset"
 say "running the tests ($preset)"
-# Most test programs wait for lines more than they compute, so four run at a time, long ones first (COST in tests/).
-ctest --test-dir "build/$preset" --output-on-failure -j 4
+# Most test programs wait for lines more than they compute, so six run at a time, long ones first (COST in tests/).
+ctest --test-dir "build/$preset" --output-on-failure -j 6
 
 # A test that cannot run on this machine counts as not passed.
 skipped=$(sed -n 's/^\[  SKIPPED \] \(.*\) (.* ms)$/\1/p' "build/$preset/Testing/Temporary/LastTest.log" | sort -u)

@@ -47,7 +47,7 @@ class Writers : public RouteStation {
   }
   RunOnce Mbpoll() const {
     return [this](const WriteStep& step) {
-      return MbpollTcp("1", {"-r", std::to_string(step.address), "-t", "4:float", "-B"},
+      return MbpollTcp("1", {"-r", std::to_string(step.address), "-t", "4:float", "-B", "-o", "10"},
                        {step.value});
     };
   }
