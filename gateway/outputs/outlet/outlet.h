@@ -6,7 +6,7 @@
 //   forwarder_.SetHistory(history);   // in Output::SetHistory, at the start and after each reload
 //   forwarder_.SetConnected(true);    // when the session is up
 //
-// What was confirmed is stored as a cursor in outlets.db, after the receiver has confirmed. So a
+// The forwarder stores its place in outlet-NAME.db after the receiver has confirmed a portion. So a
 // gateway that is killed sends its last values again, with the same `seq`. The forwarder reads the
 // disk on a thread of its own, and holds one portion of values in memory.
 // SPDX-License-Identifier: Apache-2.0
@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "gateway/base/time.h"
+#include "gateway/base/worker.h"
 #include "gateway/records/history/batch.h"
 #include "gateway/records/history/history_view.h"
 
@@ -92,7 +93,7 @@ struct ForwarderState {
 class Forwarder {
  public:
   struct Options {
-    std::string name;                ///< of the outlet, for its cursor, files and messages: "mqtt"
+    std::string name;  ///< "mqtt": names the files of the outlet and begins its messages
     Receiver* receiver = nullptr;    ///< must outlive the forwarder
     std::filesystem::path folder{};  ///< the state folder; empty: `why_no_folder`
     std::string why_no_folder{};
@@ -118,8 +119,8 @@ class Forwarder {
   ForwarderState state() const;
 
  private:
-  class Impl;
-  std::shared_ptr<Impl> impl_;
+  std::shared_ptr<class Forwarding> forwarding_;
+  Worker worker_;
 };
 
 }  // namespace baudgate::outlet
