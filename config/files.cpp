@@ -63,10 +63,12 @@ TlsFiles ReadMutualTls(MapReader& map, bool on) {
   return files;
 }
 
-TlsFiles ReadClientTls(MapReader& map, bool on, const std::string& folder) {
+TlsFiles ReadClientTls(MapReader& map, bool on, const std::string& folder,
+                       std::string_view scheme) {
   if (!on) {
-    RefuseEach(map, {"ca", "certificate", "key"},
-               "applies only to an address that begins with tls://; remove the key");
+    RefuseEach(
+        map, {"ca", "certificate", "key"},
+        "applies only to an address that begins with " + std::string(scheme) + "; remove the key");
     return {};
   }
   TlsFiles files;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "config/model/network.h"
 #include "config/yaml/yaml_reader.h"
@@ -24,7 +25,8 @@ TlsFiles ReadServerTls(MapReader& map, const std::string& folder);
 TlsFiles ReadMutualTls(MapReader& map, bool on);
 
 /// Reads `ca`, `certificate` and `key` for a server that the gateway calls. `on`: its address
-/// begins with tls://, so `ca` is required; otherwise the keys are errors.
-TlsFiles ReadClientTls(MapReader& map, bool on, const std::string& folder);
+/// begins with `scheme`, so `ca` is required; otherwise the keys are errors.
+TlsFiles ReadClientTls(MapReader& map, bool on, const std::string& folder,
+                       std::string_view scheme = kTlsScheme);
 
 }  // namespace baudgate::config

@@ -237,6 +237,184 @@ Web ReadWeb(const YamlNode& node, bool has_users, Problems& problems) {
   return web;
 }
 
+constexpr std::size_t kMostBrokers = 8;
+
+/// Parses "mqtt://host", "mqtts://host:8883". The error does not repeat the text, because users of
+/// other programs write their password into it.
+Result<MqttBroker> ParseBroker(const std::string& text) {
+  MqttBroker broker;
+  broker.tls = text.starts_with(kMqttsScheme);
+  if (!broker.tls && !text.starts_with(kMqttScheme)) {
+    return Error{"is not the address of a broker; write for example mqtt://10.0.0.9:1883"};
+  }
+  const std::string place = text.substr(broker.tls ? kMqttsScheme.size() : kMqttScheme.size());
+  if (place.find('@') != std::string::npos) {
+    return Error{"contains a user name; write the keys user and password instead"};
+  }
+  auto at = ParseServer(place, broker.tls ? 8883 : 1883);
+  if (!at) return Error{at.error()};
+  broker.at = std::move(*at);
+  return broker;
+}
+
+void ReadBrokers(const YamlNode& node, Mqtt& mqtt, Problems& problems) {
+  std::vector<YamlNode> places = {node};
+  if (node.kind() == YamlNode::Kind::list) {
+    places = ReadList(node, "broker", kMostBrokers, problems);
+    if (places.empty()) {
+      problems.Error(node.mark(), "broker: the list is empty; write mqtt://10.0.0.9:1883");
+    }
+  }
+  for (const YamlNode& one : places) {
+    if (auto broker = ReadParsed(one, "broker", problems, ParseBroker)) {
+      mqtt.brokers.push_back(std::move(*broker));
+    }
+  }
+}
+
+constexpr std::size_t kLongestTopic = 200;
+constexpr std::array<std::string_view, 5> kPlaceholders = {"{prefix}", "{gateway}", "{line}",
+                                                           "{device}", "{point}"};
+
+/// Checks a topic, or the begin of topics, that contains no placeholders.
+Status CheckTopic(std::string_view topic) {
+  if (topic.empty() || topic.size() > kLongestTopic || topic.front() == '$' ||
+      topic.front() == '/' || topic.back() == '/' || topic.find("//") != std::string_view::npos) {
+    return Error{Quoted(topic) +
+                 " is no topic of one or more names with '/' between them, at most 200 bytes"};
+  }
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
+  if (topic.find_first_of("+#") != std::string_view::npos ||
+      FirstNotUtf8(topic) != std::string_view::npos || std::ranges::any_of(topic, is_control)) {
+    return Error{Quoted(topic) + " contains +, # or another character that topics must not have"};
+  }
+  return {};
+}
+
+/// Checks that the pattern gives each point a topic of its own: it contains {device} (names of
+/// devices are unique in the gateway) and {point}, and names that follow each other are apart.
+Status CheckPattern(const Config& config) {
+  const std::string& pattern = config.mqtt.topic;
+  std::string plain;   // every placeholder is replaced by "x"
+  std::string shaped;  // the names of lines, devices and points are replaced by "*"
+  bool after_name = false;
+  for (std::size_t at = 0; at < pattern.size();) {
+    const std::string_view rest = std::string_view(pattern).substr(at);
+    const auto found = std::ranges::find_if(
+        kPlaceholders, [&](std::string_view one) { return rest.starts_with(one); });
+    if (found == kPlaceholders.end()) {
+      if (rest.front() == '{' || rest.front() == '}') {
+        return Error{Quoted(pattern) +
+                     " contains another {} than {prefix}, {gateway}, {line}, {device}, {point}"};
+      }
+      plain += rest.front();
+      shaped += rest.front();
+      after_name = after_name && CheckName(std::string("a") + rest.front() + "b").ok();
+      ++at;
+      continue;
+    }
+    if (after_name) {
+      return Error{Quoted(pattern) + " cannot tell two points apart; put a '/' between the names"};
+    }
+    after_name = true;
+    plain += 'x';
+    shaped += *found == "{prefix}"    ? config.mqtt.prefix
+              : *found == "{gateway}" ? config.name
+                                      : std::string("*");
+    at += found->size();
+  }
+  for (const char* needed : {"{device}", "{point}"}) {
+    if (pattern.find(needed) == std::string::npos) {
+      return Error{Quoted(pattern) + " cannot tell two points apart; add " + needed};
+    }
+  }
+  if (const Status status = CheckTopic(plain); !status) return Error{status.error()};
+  for (const char* own : {"status", "events", "alarms"}) {
+    const std::string topic = config.mqtt.prefix + "/" + config.name + "/" + own;
+    if (MatchesPattern(shaped, topic)) {
+      return Error{Quoted(pattern) + " could give a point the topic " + topic +
+                   " of the gateway; write for example {prefix}/{gateway}/{device}/{point}"};
+    }
+  }
+  return {};
+}
+
+std::string ReadPasswordFile(const YamlNode& node, Mark& mark, Problems& problems) {
+  MapReader map(node, "password", problems);
+  if (node.kind() != YamlNode::Kind::map) return {};
+  constexpr char kExample[] = "/etc/baudgate/mqtt.password";
+  map.Need("file", kExample);
+  std::string file = ReadAbsolutePath(map, "file", kExample);
+  mark = map.MarkOf("file");
+  map.Finish();
+  return file;
+}
+
+void CheckMqtt(const Config& config, MapReader& map) {
+  const Mqtt& mqtt = config.mqtt;
+  Problems& problems = map.problems();
+  if (const Status status = CheckTopic(mqtt.prefix); !status) {
+    return problems.Error(map.MarkOf("prefix"), "prefix: " + status.error());
+  }
+  if (const Status status = CheckPattern(config); !status) {
+    problems.Error(map.MarkOf("topic"), "topic: " + status.error());
+  } else if (mqtt.topic.find("{gateway}") == std::string::npos) {
+    problems.Warning(map.MarkOf("topic"),
+                     "topic: without {gateway} a second gateway with the same names of devices "
+                     "would share these topics; add {gateway}");
+  }
+  const bool sparkplug = mqtt.payload == Mqtt::Payload::sparkplug;
+  if (sparkplug && mqtt.prefix.find('/') != std::string::npos) {
+    problems.Error(map.MarkOf("prefix"),
+                   "prefix: " + Quoted(mqtt.prefix) + " contains '/', which a group must not have");
+  }
+  if (sparkplug && mqtt.homeassistant) {
+    problems.Error(map.MarkOf("homeassistant"),
+                   "homeassistant: Home Assistant does not read Sparkplug; write payload: json");
+  }
+  if (!sparkplug) {
+    map.Refuse("primary_host", "primary_host: applies only with payload: sparkplug");
+  }
+}
+
+/// Reads the key `mqtt`:
+///
+///   mqtt:
+///     broker: mqtts://broker.example:8883
+///     user: gate
+///     password: { file: /etc/baudgate/mqtt.password }
+///     ca: /etc/baudgate/mqtt/ca.pem
+///     prefix: plant/north
+///     commands: allow
+Mqtt ReadMqtt(const YamlNode& node, Config config, Problems& problems) {
+  Mqtt& mqtt = config.mqtt;
+  mqtt.on = true;
+  mqtt.mark = node.mark();
+  MapReader map(node, "mqtt", problems);
+  if (node.kind() != YamlNode::Kind::map) return mqtt;
+  if (const auto broker = map.Need("broker", "mqtt://10.0.0.9:1883")) {
+    ReadBrokers(*broker, mqtt, problems);
+  }
+  if (const auto user = map.Label("user")) mqtt.user = *user;
+  if (const auto password = map.Get("password")) {
+    mqtt.password_file = ReadPasswordFile(*password, mqtt.password_mark, problems);
+    if (mqtt.user.empty()) {
+      problems.Error(map.MarkOf("password"), "password: has no effect without user; add user");
+    }
+  }
+  const bool tls = std::ranges::any_of(mqtt.brokers, &MqttBroker::tls);
+  mqtt.tls = ReadClientTls(map, tls, "mqtt", kMqttsScheme);
+  if (const auto client = map.Label("client")) mqtt.client = *client;
+  if (const auto prefix = map.Label("prefix")) mqtt.prefix = *prefix;
+  if (const auto topic = map.Label("topic")) mqtt.topic = *topic;
+  map.Read<&Mqtt::payload, &Mqtt::values, &Mqtt::homeassistant, &Mqtt::commands>(mqtt);
+  if (mqtt.payload == Mqtt::Payload::sparkplug) map.Read<&Mqtt::primary_host>(mqtt);
+  if (mqtt.client.empty()) mqtt.client = "baudgate-" + config.name;
+  CheckMqtt(config, map);
+  map.Finish();
+  return mqtt;
+}
+
 constexpr std::size_t kMostListeners = 64;
 constexpr std::size_t kMostRoutes = 256;
 constexpr std::size_t kMostInterfaces = 64;
@@ -355,6 +533,7 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
 
 void ReadOutputs(MapReader& map, Config& config, LoadContext& context) {
   if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, context);
+  if (const auto node = map.Get("mqtt")) config.mqtt = ReadMqtt(*node, config, context.problems);
   if (const auto node = map.Get("users")) config.users = ReadUsers(*node, context.problems);
   if (const auto node = map.Get("web")) {
     config.web = ReadWeb(*node, !config.users.file.empty(), context.problems);

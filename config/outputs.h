@@ -1,4 +1,4 @@
-// Reads the sections gateway, modbus, dds and web.
+// Reads the sections gateway, modbus, dds, mqtt and web.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures the figures of docs/performance.md on this machine, each as a ratio in one run.
-# usage: packaging/bench.sh [line] [dead] [modbus] [tls] [routes] [drive] [delay] [scale] [cost] [crowd] [rivals] [history] [tag] [harm] [image] [participants] [events] [reload] [page] [loaded] [port]    all but the last six without arguments; twenty minutes
+# usage: packaging/bench.sh [line] [dead] [modbus] [tls] [routes] [drive] [delay] [scale] [cost] [crowd] [rivals] [history] [tag] [harm] [image] [participants] [events] [reload] [page] [loaded] [port] [outlets]    all but the last seven without arguments; twenty minutes
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
@@ -11,7 +11,7 @@ apart=()
 others=()
 for part in "$@"; do
   case $part in
-    image | participants | events | reload | page | loaded | port) apart+=("$part") ;;
+    image | participants | events | reload | page | loaded | port | outlets) apart+=("$part") ;;
     *) others+=("$part") ;;
   esac
 done
@@ -25,6 +25,10 @@ for part in "${apart[@]}"; do
     reload) tests/bench/reload.py build/release ;;
     page) tests/bench/page.py build/release ;;
     loaded) tests/bench/loaded.py build/release ;;
+    outlets)
+      install_packages mosquitto
+      tests/bench/outlets.py build/release
+      ;;
     port)
       install_packages socat ser2net
       tests/bench/port_session.py build/release

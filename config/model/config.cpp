@@ -42,6 +42,7 @@ std::vector<TlsUse> TlsUses(const Config& config) {
     if (files.on()) uses.push_back({where, files, mark, kind});
   };
   if (config.web.on) add("web", "web", config.web.tls, config.web.certificate_mark);
+  if (config.mqtt.on) add("mqtt", "mqtt", config.mqtt.tls, config.mqtt.mark);
   if (config.modbus.enabled) {
     for (const Listener& listener : config.modbus.listen) {
       add("modbus", "listener " + listener.Address(), listener.tls, listener.mark);

@@ -21,4 +21,8 @@ std::string Route::Target() const {
 
 std::string Web::Address() const { return HostAndPort(listen.host, listen.port); }
 
+std::string MqttBroker::Address() const {
+  return std::string(tls ? kMqttsScheme : kMqttScheme) + HostAndPort(at.host, at.port);
+}
+
 }  // namespace baudgate::config

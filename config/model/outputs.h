@@ -1,5 +1,5 @@
-// The outputs of the gateway: Modbus on TCP and serial ports, DDS, and the web page. Listener and
-// Route belong to Modbus, DdsSecurity to Dds. If the struct of a section has kReloads = true, a
+// The outputs of the gateway: Modbus on TCP and serial ports, DDS, MQTT and the web page. Listener
+// and Route belong to Modbus, DdsSecurity to Dds. If the struct of a section has kReloads = true, a
 // reload applies its settings; otherwise only a restart does.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -357,6 +357,85 @@ void VisitFields(const Web*, Visit visit) {
             "every client"});
   visit(Derived<&Web::token_mark>());
   visit(Derived<&Web::certificate_mark>());
+}
+
+// Mqtt contains the settings of the client that publishes at an MQTT broker (gateway/outputs/mqtt).
+struct MqttBroker {
+  HostPort at;
+  bool tls = false;
+
+  bool operator==(const MqttBroker&) const = default;
+  /// Returns "mqtt://10.0.0.9:1883" or "mqtts://broker.example:8883".
+  std::string Address() const;
+};
+
+inline constexpr std::string_view kMqttScheme = "mqtt://";
+inline constexpr std::string_view kMqttsScheme = "mqtts://";
+
+struct Mqtt {
+  static constexpr bool kReloads = false;
+
+  enum class Payload : std::uint8_t { json, value, sparkplug };
+  enum class Values : std::uint8_t {
+    all,      ///< every point is published live
+    history,  ///< only the points that the history stores
+  };
+
+  bool on = false;                  ///< true: the key `mqtt` is present
+  std::vector<MqttBroker> brokers;  ///< tried in this order; at least one
+  std::string user;
+  std::string password_file;  ///< empty: no password
+  TlsFiles tls;
+  std::string client;  ///< empty: "baudgate-" and the name of the gateway
+  std::string prefix = "baudgate";
+  std::string topic = "{prefix}/{gateway}/{line}/{device}/{point}";
+  Payload payload = Payload::json;
+  std::string primary_host;  ///< empty: none
+  Values values = Values::all;
+  bool homeassistant = false;
+  bool commands = false;
+  Mark mark;
+  Mark password_mark;
+};
+
+template <typename Visit>
+void VisitFields(const Mqtt*, Visit visit) {
+  visit(Field<&Mqtt::on>{"mqtt"});
+  visit(Field<&Mqtt::brokers>{
+      .key = "broker",
+      .help = "mqtt://HOST:1883 or mqtts://HOST:8883; or a list, tried in this order",
+      .fallback = kRequired});
+  visit(Field<&Mqtt::user>{.help = "user name at the broker"});
+  visit(Field<&Mqtt::password_file>{.key = "password",
+                                    .help = "{ file: PATH }, mode 0600: its first line is the "
+                                            "password"});
+  visit(Field<&Mqtt::tls>{.key = "ca",
+                          .help = "mqtts:// only: file with the authority of the broker",
+                          .fallback = "required with mqtts://"});
+  visit(Key{"certificate",
+            "mqtts:// only: file with the certificate that the gateway shows",
+            {},
+            "none"});
+  visit(Key{"key", "mqtts:// only: file with the key of the certificate", {}, "none"});
+  visit(Field<&Mqtt::client>{.help = "client id; each gateway at a broker needs its own",
+                             .fallback = "baudgate-NAME"});
+  visit(Field<&Mqtt::prefix>{
+      .help = "begin of all topics; with payload: sparkplug the group of the edge node"});
+  visit(Field<&Mqtt::topic>{
+      .help = "pattern of a point's topic, from {prefix}, {gateway}, {line}, {device}, {point}"});
+  visit(Field<&Mqtt::payload>{
+      .help = "json: value, quality and time; value: only the value; sparkplug: Sparkplug B"});
+  visit(Field<&Mqtt::primary_host>{
+      .help = "sparkplug only: host that must be online; else the backlog waits",
+      .fallback = "none"});
+  visit(Field<&Mqtt::values>{
+      .help = "points that are published live: all, or those that the history stores"});
+  visit(Field<&Mqtt::homeassistant>{.help = "true: Home Assistant discovers the points"});
+  visit(Field<&Mqtt::commands>{.help = "whether clients of the broker may write points that "
+                                       "devices allow",
+                               .words = kDenyAllow});
+  visit(Derived<&Mqtt::mark>());
+  visit(Derived<&Mqtt::password_mark>());
 }
 
 struct Modbus {

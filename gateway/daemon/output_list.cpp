@@ -11,6 +11,7 @@
 #include "gateway/outputs/control/control_server.h"
 #include "gateway/outputs/dds/output/dds_output.h"
 #include "gateway/outputs/modbus/server/modbus_output.h"
+#include "gateway/outputs/mqtt/mqtt_output.h"
 #include "gateway/outputs/web/web_output.h"
 #include "gateway/records/records.h"
 
@@ -111,6 +112,19 @@ std::unique_ptr<outputs::Output> MakeDds(const OutputLinks& links) {
   return std::make_unique<dds::DdsOutput>(std::move(dds));
 }
 
+std::unique_ptr<outputs::Output> MakeMqtt(const OutputLinks& links) {
+  const records::Records& records = links.records;
+  mqtt::MqttOutput::Links mqtt{links.store, links.commands};
+  if (const records::EventPath* const events = records.events()) {
+    mqtt.feed = events->feed();
+    mqtt.cursors = events->cursors();
+  }
+  mqtt.keeps_events = records.keeps_events();
+  if (records.state() != nullptr) mqtt.state = records.state()->path();
+  mqtt.why_no_state = records.why_no_state();
+  return std::make_unique<mqtt::MqttOutput>(std::move(mqtt));
+}
+
 }  // namespace
 
 OutputRows AllOutputs() {
@@ -120,6 +134,7 @@ OutputRows AllOutputs() {
       {&MakeControl},
       {&MakeWeb, &web::WebOutput::Descriptors},
       {&MakeModbus, &modbus::ModbusOutput::Descriptors},
+      {&MakeMqtt, &mqtt::MqttOutput::Descriptors, &mqtt::MqttOutput::Consumer},
       {&MakeDds, &dds::DdsOutput::Descriptors, &dds::DdsOutput::Consumer},
   };
 }

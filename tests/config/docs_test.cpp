@@ -402,6 +402,11 @@ constexpr Level kLevels[] = {
       return Map("routes", List(piece));
     },
     [](YAML::Node& piece) { return Map("dds", piece); },
+    [](YAML::Node& piece) {
+      if (piece.IsMap() && !piece["broker"]) piece["broker"] = "mqtt://10.0.0.9";
+      if (piece.IsMap() && piece["primary_host"]) piece["payload"] = "sparkplug";
+      return Map("mqtt", piece);
+    },
     [](YAML::Node& piece) { return Map("web", piece); },
     [](YAML::Node& piece) { return Map("history", piece); },
     [](YAML::Node& piece) { return Map("lines", List(Map("serial", piece))); },

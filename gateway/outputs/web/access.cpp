@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/web/access.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,35 +12,14 @@
 
 #include "gateway/base/fair_places.h"
 #include "gateway/base/log.h"
+#include "gateway/base/secret_file.h"
 #include "gateway/base/text.h"
-#include "gateway/base/trusted_file.h"
 #include "gateway/outputs/status/status_json.h"
 
 namespace baudgate::web {
 namespace {
 
-constexpr std::size_t kLongestToken = 256;
 constexpr std::size_t kShortestToken = 16;
-
-class OpenFile {
- public:
-  /// Opens a file. With O_NONBLOCK, opening a pipe does not wait for its writer.
-  explicit OpenFile(const std::string& file)
-      : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
-  ~OpenFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  int get() const { return descriptor_; }
-
- private:
-  const int descriptor_;
-};
-
-}  // namespace
-
-namespace {
 
 /// Returns the path of a file or of a credential (config::kCredentials). An error: systemd has
 /// passed no credentials.
@@ -64,36 +41,19 @@ Result<std::string> ReadToken(const std::string& configured) {
   const std::string& file = *path;
   const bool is_credential = file != configured;
   const std::string name = "the token file " + file;
-  const OpenFile open(file);
-  if (open.get() < 0) {
-    return Error{name + " cannot be read: " + std::strerror(errno) +
-                 "; create it with: install -m 0600 -o baudgate /dev/null " + file +
+  auto token = ReadSecretFile("the token file", file, is_credential);
+  if (!token && ::access(file.c_str(), F_OK) != 0) {
+    return Error{token.error() + "; create it with: install -m 0600 -o baudgate /dev/null " + file +
                  " && openssl rand -hex 32 > " + file};
   }
-  if (const std::string why = WhyNotTrusted(file); !why.empty()) {
-    return Error{"the token file is not used: " + why};
-  }
-  struct stat status {};
-  if (::fstat(open.get(), &status) != 0 || !S_ISREG(status.st_mode)) {
-    return Error{name + " is not a regular file"};
-  }
-  // systemd lets the service read its credentials by an ACL, which the mode shows as group rights.
-  const mode_t others = is_credential ? S_IRWXO : S_IRWXG | S_IRWXO;
-  if ((status.st_mode & others) != 0) {
-    return Error{name + " can be read by other users than its owner; run: chmod 0600 " + file};
-  }
-  std::array<char, kLongestToken + 2> bytes{};
-  const ssize_t got = ::read(open.get(), bytes.data(), bytes.size());
-  if (got < 0) return Error{name + " cannot be read: " + std::strerror(errno)};
-  const std::string_view text(bytes.data(), static_cast<std::size_t>(got));
-  const std::string token(Trim(text.substr(0, text.find('\n'))));
-  if (token.size() < kShortestToken || token.size() > kLongestToken) {
-    return Error{name + " contains a token of " + std::to_string(token.size()) +
-                 " characters; its first line needs " + std::to_string(kShortestToken) + " to " +
-                 std::to_string(kLongestToken) + ", as openssl rand -hex 32 makes them"};
+  if (!token) return token;
+  if (token->size() < kShortestToken) {
+    return Error{name + " contains a token of " + std::to_string(token->size()) +
+                 " characters; its first line needs at least " + std::to_string(kShortestToken) +
+                 ", as openssl rand -hex 32 makes them"};
   }
   const auto fits = [](char c) { return c > 0x20 && c < 0x7F; };
-  if (!std::ranges::all_of(token, fits)) {
+  if (!std::ranges::all_of(*token, fits)) {
     return Error{name +
                  " contains a token with spaces or other characters that no header can carry"};
   }

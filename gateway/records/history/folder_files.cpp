@@ -24,13 +24,16 @@ bool IsAside(const std::string& name) {
 
 void Add(FolderFiles& folder_files, std::string name, std::uint64_t size,
          fs::file_time_type written) {
+  // Readers change the index (-shm), too.
+  const bool is_index = name.ends_with("-shm");
   for (const char* part : {"-wal", "-shm"}) {
     if (name.ends_with(part)) name.resize(name.size() - 4);
   }
   if (const auto day = DayOf(name)) {
     auto found = std::ranges::find(folder_files.days, *day, &FolderFiles::Day::day);
-    if (found == folder_files.days.end()) found = folder_files.days.insert(found, {*day, 0});
+    if (found == folder_files.days.end()) found = folder_files.days.insert(found, {*day, 0, {}});
     found->bytes += size;
+    if (!is_index) found->written = std::max(found->written, written);
   } else if (name == kTrendsFile) {
     folder_files.trends += size;
   } else if (IsAside(name)) {

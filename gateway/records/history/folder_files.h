@@ -19,7 +19,8 @@ namespace baudgate::history {
 struct FolderFiles {
   struct Day {
     Millis day = 0;
-    std::uint64_t bytes = 0;  ///< size, with the write-ahead log
+    std::uint64_t bytes = 0;                    ///< size, with the write-ahead log
+    std::filesystem::file_time_type written{};  ///< when the file or its log was last changed
   };
   struct Aside {
     std::string name;

@@ -42,8 +42,10 @@ Status ValueStore::Open(Now clocks) {
   return {};
 }
 
-void ValueStore::CutLostRun() {
-  if (files_.TakeLost()) pending_.CutRun();
+bool ValueStore::CutLostRun() {
+  const bool lost = files_.TakeLost();
+  if (lost) pending_.CutRun();
+  return lost;
 }
 
 Status ValueStore::Write(Batch&& batch, Now clocks, bool last) {
@@ -60,34 +62,52 @@ Status ValueStore::Write(Batch&& batch, Now clocks, bool last) {
   return status;
 }
 
+namespace {
+
+/// Returns the first run of the samples, and the first day of this run.
+std::pair<std::int64_t, Millis> FirstOf(const std::vector<Sample>& samples) {
+  std::pair first(samples.front().run, FloorTo(samples.front().entry.time, kDay));
+  for (const Sample& sample : samples) {
+    first = std::min(first, std::pair(sample.run, FloorTo(sample.entry.time, kDay)));
+  }
+  return first;
+}
+
+}  // namespace
+
 Status ValueStore::WriteDays(Millis now, bool last) {
   const Millis today = FloorTo(now, kDay);
   Batch& batch = pending_.batch();
   const bool due = last || batch.runs.size() > 1 || Apart(now, marked_) >= kMark;
   const bool mark = due && !batch.runs.empty();
   // If there are no samples, the runs alone are written, so that the file shows that the present
-  // run goes on.
+  // run goes on. Samples are written run by run, and those of a run day by day, so that a reader
+  // who sees the end of a run in a file misses no earlier sample.
   while (!batch.samples.empty() || (mark && marked_ != now)) {
     const bool marks = batch.samples.empty();
-    const Millis day = marks ? today : FloorTo(batch.samples.front().entry.time, kDay);
+    const auto [run, day] = marks ? std::pair(std::int64_t{0}, today) : FirstOf(batch.samples);
     const auto file = files_.Day(day);
-    CutLostRun();
+    // The lost file changes the numbers of the runs.
+    if (CutLostRun()) continue;
     if (!file) return Error{file.error()};
     auto& samples = batch.samples;
-    const auto is_of_day = [day](const Sample& sample) {
-      return FloorTo(sample.entry.time, kDay) == day;
+    const auto is_wanted = [day = day, run = run](const Sample& sample) {
+      return sample.run == run && FloorTo(sample.entry.time, kDay) == day;
     };
-    const auto other = std::stable_partition(samples.begin(), samples.end(), is_of_day);
+    const auto other = std::stable_partition(samples.begin(), samples.end(), is_wanted);
     std::vector<Sample> rest(std::make_move_iterator(other),
                              std::make_move_iterator(samples.end()));
     samples.erase(other, samples.end());
-    if (!(*file)->Write(samples, batch.runs)) {
+    std::vector<Run> runs = batch.runs;
+    if (!rest.empty())
+      std::erase_if(runs, [run = run](const Run& its) { return its.number > run; });
+    if (!(*file)->Write(samples, runs)) {
       samples.insert(samples.end(), std::make_move_iterator(rest.begin()),
                      std::make_move_iterator(rest.end()));
       return files_.Failed(**file);
     }
     samples = std::move(rest);
-    if (day == today) marked_ = now;
+    if (day == today && samples.empty()) marked_ = now;
     if (marks) break;
   }
   return {};

@@ -58,7 +58,7 @@ class ValueStore {
   const FolderFiles& folder_files() const { return folder_files_; }
 
  private:
-  void CutLostRun();
+  bool CutLostRun();
   Status WriteDays(Millis now, bool last);
   Status WriteTrends(Millis now);
   Status Clear(Millis now);

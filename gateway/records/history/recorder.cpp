@@ -121,8 +121,10 @@ void Recorder::TakeOne(Seen& seen, Millis now, Batch& out) {
     counters_.merged += seen.seq - point.seq - 1;
     point.seq = seen.seq;
   }
-  Millis time = now;
-  if (reading) time = std::clamp(ToMillis(seen.source_time), std::min(run_.began, now), now);
+  // Readers count on this: all values up to kSettle before the end of a run are in the files.
+  const Millis least = std::max(run_.began, run_.until - kSettle + 1);
+  Millis time = std::max(now, least);
+  if (reading) time = std::clamp(ToMillis(seen.source_time), least, time);
   if (point.latest) time = std::max(time, point.latest->time + 1);
   const Entry entry{time, Cleaned(std::move(seen.value), seen.quality), seen.quality};
   const std::optional<double> number = NumberOf(entry);

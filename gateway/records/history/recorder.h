@@ -48,7 +48,9 @@ class Recorder {
   /// If more than this time has passed between two calls of Take or Tick, the process or its
   /// machine stood still.
   static constexpr Duration kStandstill = 5s;
-  /// A minute or an hour is closed this long after its end, so that late readings are included.
+  /// A minute or an hour is closed this long after its end, so that late readings are included. A
+  /// reading that comes later still is stored with the earliest time that is this near to the end
+  /// of its run, so that a reader (KeptReader) knows up to which time the run is complete.
   static constexpr Millis kSettle = 2 * kSecond;
 
   /// `store` must outlive this object.

@@ -342,7 +342,7 @@ TEST(TokenFile, MustBeReadableByItsOwnerOnly) {
       {"0123456789abcdef", 0640, "chmod 0600"},
       {"0123456789abcdef", 0604, "chmod 0600"},
       {"short\n", 0600, "a token of 5 characters"},
-      {"", 0600, "a token of 0 characters"},
+      {"", 0600, "1 to 256 characters"},
       {std::string(300, 'a'), 0600, "characters"},
       {"0123456789 abcdef", 0600, "with spaces"},
   };

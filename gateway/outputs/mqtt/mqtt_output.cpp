@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/mqtt/mqtt_output.h"
+
+#include <chrono>
+#include <thread>
+
+#include "gateway/base/log.h"
+
+namespace baudgate::mqtt {
+namespace {
+
+constexpr outputs::Metric kConnected{"baudgate_mqtt_connected", "gauge",
+                                     "1 while the broker is connected."};
+constexpr outputs::Metric kValues{"baudgate_mqtt_values_total", "counter",
+                                  "Values that were published live."};
+constexpr outputs::Metric kEvents{"baudgate_mqtt_events_total", "counter",
+                                  "Events that the broker has confirmed."};
+constexpr outputs::Metric kLost{"baudgate_mqtt_connections_lost_total", "counter",
+                                "Connections to the broker that have ended."};
+
+/// How long Stop waits for the last round of the session, beyond Session::kFarewell.
+constexpr Duration kPatience = Session::kFarewell + 500ms;
+
+const char* Name(Client::Phase phase) {
+  switch (phase) {
+    case Client::Phase::connecting:
+      return "connecting";
+    case Client::Phase::connected:
+      return "connected";
+    case Client::Phase::waiting:
+      break;
+  }
+  return "waiting";
+}
+
+/// Keeps a session whose thread hangs until the process ends.
+void KeepForEver(std::shared_ptr<Session> session) {
+  static auto* const kept = new std::vector<std::shared_ptr<Session>>();
+  kept->push_back(std::move(session));
+}
+
+}  // namespace
+
+Status MqttOutput::Begin(const Configuration& config) {
+  if (!config->mqtt.on) return {};
+  broker_ = config->mqtt.brokers.front().Address();
+  Session::Links links{links_.store, links_.sink, links_.feed, links_.cursors, links_.keeps_events};
+  links.connected = [this](bool connected) { forwarder_->SetConnected(connected); };
+  session_ = std::make_shared<Session>(config, std::move(links));
+  outlet::Forwarder::Options options;
+  options.name = "mqtt";
+  options.receiver = session_.get();
+  options.folder = links_.state;
+  options.why_no_folder = links_.why_no_state;
+  options.connected = false;
+  options.warn = [](const std::string& text) { log::Warn("{}", text); };
+  options.inform = [](const std::string& text) { log::Info("{}", text); };
+  forwarder_ = std::make_unique<outlet::Forwarder>(std::move(options));
+  forwarder_->SetHistory(history_);
+  worker_ = std::make_unique<Worker>("mqtt", [session = session_, ended = ended_](bool last) {
+    const Instant next = session->Round(last);
+    if (last) *ended = true;
+    return next;
+  });
+  worker_->Start();
+  return {};
+}
+
+std::vector<std::string> MqttOutput::Apply(const Configuration& config,
+                                           std::unique_ptr<Prepared> /*prepared*/) {
+  if (session_) session_->Configure(config);
+  return {};
+}
+
+void MqttOutput::SetHistory(const Configuration& /*config*/,
+                            const std::shared_ptr<const history::HistorySource>& history) {
+  history_ = history;
+  if (forwarder_) forwarder_->SetHistory(history);
+}
+
+void MqttOutput::StopRequests() {
+  if (session_) session_->StopCommands();
+}
+
+void MqttOutput::Stop() {
+  if (!worker_) return;
+  StopRequests();
+  worker_->RequestStop();
+  const Instant end = ReadClocks().instant + kPatience;
+  while (!*ended_ && ReadClocks().instant < end) std::this_thread::sleep_for(5ms);
+  session_->Leave();
+  if (*ended_) {
+    worker_->Stop();
+  } else {
+    KeepForEver(session_);
+    worker_->Leave();
+  }
+  worker_.reset();
+  forwarder_.reset();
+}
+
+std::string MqttOutput::Summary() { return session_ ? "MQTT to " + broker_ : std::string(); }
+
+std::optional<outputs::Output::Json> MqttOutput::Section(const Wish& /*wish*/) const {
+  if (!session_) return Json(nullptr);
+  const SessionState state = session_->state();
+  Json json;
+  json["broker"] = state.broker;
+  json["state"] = Name(state.phase);
+  json["values"] = state.messages;
+  json["events"] = state.events;
+  json["events_skipped"] = state.events_skipped;
+  json["commands"] = state.commands;
+  json["times_lost"] = state.times_lost;
+  const outlet::ForwarderState stored = forwarder_->state();
+  json["stored"] = stored.has_history ? Json{{"behind_ms", stored.behind / 1ms},
+                                             {"sent", stored.sent},
+                                             {"confirmed", stored.confirmed},
+                                             {"put_aside", stored.put_aside},
+                                             {"gaps", stored.gaps}}
+                                      : Json(nullptr);
+  Json& advice = json["advice"] = Json::array();
+  const bool is_connected = state.phase == Client::Phase::connected;
+  for (const std::string& text :
+       {state.trouble, state.refused, state.events_note, is_connected ? stored.trouble : "",
+        stored.refused, stored.last_gap ? stored.last_gap->why : ""}) {
+    if (!text.empty()) advice.push_back(text);
+  }
+  if (state.events_skipped > 0) {
+    advice.push_back(std::to_string(state.events_skipped) +
+                     " events were deleted before the broker could receive them");
+  }
+  return json;
+}
+
+std::vector<outputs::Series> MqttOutput::Metrics() const {
+  if (!session_) return {};
+  const SessionState state = session_->state();
+  return {outputs::Series(kConnected, state.phase == Client::Phase::connected ? 1 : 0),
+          outputs::Series(kValues, static_cast<double>(state.messages)),
+          outputs::Series(kEvents, static_cast<double>(state.events)),
+          outputs::Series(kLost, static_cast<double>(state.times_lost))};
+}
+
+}  // namespace baudgate::mqtt
