@@ -67,6 +67,9 @@ class DeviceTracker {
   /// warning for the user.
   LateReplies::StrayEffects ApplyStray(const StrayBytes& stray, Instant now);
   void OnSecondReply(Instant now);
+  Value KnownValue(const Device& device, std::size_t point, Instant now) const;
+  /// As PointStore::OnWritten.
+  void OnPointsWritten(const Device& device, const std::vector<std::size_t>& points, Instant now);
   /// Makes these points uncertain until they are read again.
   void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);
   void ReadBack(const Device& device, const std::vector<std::size_t>& points);

@@ -211,6 +211,7 @@ TEST_F(WebUsersTest, AWriteIsDeniedIfTheValueIsNotTheExpectedOne) {
   const auto denied = write("5.4");
   EXPECT_EQ(denied["end"], "denied");
   EXPECT_EQ(denied["needs"], "expect");
+  EXPECT_EQ(denied["reason"], "'current': the value has changed meanwhile to 5.3");
   EXPECT_EQ(write("null")["end"], "denied");
   EXPECT_EQ(write("[5.3]")["status"], 400);
   EXPECT_EQ(write("5.3,\"expected\":5.3")["status"], 400) << "a member that does not exist";

@@ -176,7 +176,7 @@ export function write(point) {
     go.disabled = true;
     const answer = await post('api/v1/write', {point: point.name, ...body}).catch((error) => ({said: error.message}));
     go.disabled = false;
-    setText(result, answer.said || (answer.needs === 'expect' ? 'The value has changed meanwhile: nothing was sent. Look at it again.'
+    setText(result, answer.said || (answer.needs === 'expect' ? `${answer.reason}. Nothing was sent: look at it again.`
       : resultText(answer)));
     result.hidden = false;
     result.className = `result ${answer.end === 'ok' ? 'fine' : 'bad'}`;
