@@ -461,9 +461,14 @@ std::string PastApi::Page(const Json& ask, Now now) {
 namespace {
 
 Result<Json> EventsAsk(const Request& request) {
-  return AskOf(
-      request, "events",
-      {{"after", true}, {"since_ms", true}, {"until_ms", true}, {"target"}, {"kind"}, {"text"}});
+  return AskOf(request, "events",
+               {{"after", true},
+                {"since_ms", true},
+                {"until_ms", true},
+                {"target"},
+                {"kind"},
+                {"priority"},
+                {"text"}});
 }
 
 }  // namespace
