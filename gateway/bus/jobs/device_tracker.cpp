@@ -215,6 +215,13 @@ void DeviceTracker::SetInUse(Device& device, bool in_use, bool open, Instant now
   accounts_.states.OnState(device, in_use ? "taken into use" : "taken out of use");
 }
 
+void DeviceTracker::NoteUse(const Device& device, const std::string& by, WallTime now) {
+  store_.UpdateStatus(device.index, [&](DeviceStatus& status) {
+    status.disabled_by = device.in_use ? std::string() : by;
+    status.disabled_since = now;
+  });
+}
+
 void DeviceTracker::OnEnabled(Device& device, bool open, Instant now) {
   device.conversation->OnEnabled();
   accounts_.states.OnMemory(device);

@@ -74,6 +74,8 @@ class DeviceTracker {
   void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);
   void ReadBack(const Device& device, const std::vector<std::size_t>& points);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
+  /// Shows in the status who has taken the device out of use, and the time of this change.
+  void NoteUse(const Device& device, const std::string& by, WallTime now);
   /// A user has enabled the device, even if it was enabled before. All its polls are due now.
   void OnEnabled(Device& device, bool open, Instant now);
   /// The queries of the conversation have changed. Polls keep their times: see Schedule::GoOn.

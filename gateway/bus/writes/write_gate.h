@@ -149,6 +149,10 @@ struct Writer {
   /// Limits the requests that RequestHandler accepts from the client. Empty: all are accepted,
   /// because the gateway has no users, or the client is root or the gateway's own user.
   std::optional<Role> role{};
+  /// The user and the address of a client of the page, for the security journal. `from` empty: the
+  /// client is on this machine, and `name` is the user.
+  std::string user{};
+  std::string from{};
 };
 
 struct WriteAsk {
