@@ -2,6 +2,7 @@
 #include "config/devices.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -57,6 +58,8 @@ bool IsNumber(const Point& point) {
   return point.type != Type::boolean && point.type != Type::string;
 }
 
+constexpr int kMostDecimals = 9;  // the greatest value of the key `precision`
+
 void Apply(const Ratio& ratio, Point& point) {
   point.scale *= ratio.factor;
   point.offset *= ratio.factor;
@@ -68,6 +71,12 @@ void Apply(const Ratio& ratio, Point& point) {
   for (PointEvent& event : point.events) {
     event.value *= ratio.factor;
     event.hysteresis *= ratio.factor;
+  }
+  if (point.precision) {
+    // Each tenfold of the value takes away a digit behind the point: 0.01 xIn of 400 A are 4 A.
+    const auto places = static_cast<int>(std::floor(std::log10(ratio.factor.ToDouble())));
+    point.precision =
+        static_cast<std::uint8_t>(std::clamp(*point.precision - places, 0, kMostDecimals));
   }
   point.unit = ratio.unit;
 }

@@ -2,6 +2,7 @@
 #include "config/points.h"
 
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <utility>
 
@@ -162,8 +163,17 @@ std::string WhyNoState(std::string_view text, const std::vector<StateText>& othe
     return "has a text of more than " + std::to_string(kLongestState) + " bytes; write a short one";
   }
   if (WithoutControls(text) != text) return "has a text with control characters; remove them";
-  if (LooksLikeNumber(text)) {
-    return "has the number " + Quoted(text) + " for its text, which would be taken for the value";
+  if (Trim(text) != text) {
+    return "has the text " + Quoted(text) + ", which begins or ends with a space; remove the space";
+  }
+  double number = 0;
+  const std::string_view digits = text.substr(text.starts_with('+') || text.starts_with('-'));
+  const char* const end = digits.data() + digits.size();
+  // Reads "nan" as well.
+  const bool is_number = !digits.empty() && std::from_chars(digits.data(), end, number).ptr == end;
+  if (is_number || Decimal::Parse(text)) {
+    return "has the number " + Quoted(text) +
+           " for its text, which would be taken for the value; write a word";
   }
   const auto same = std::ranges::find(others, text, &StateText::text);
   if (same == others.end()) return {};

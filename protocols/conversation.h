@@ -192,6 +192,10 @@ struct Answer {
   /// well-formed.
   std::optional<std::string> no_number{};
   Then then = Then::done;
+  /// True: the refusal says nothing about single points, because the request read several of them.
+  /// They are now read in smaller requests. Example: a Modbus device refuses a block of registers
+  /// with a gap in it.
+  bool divides = false;
   /// True: the write was refused, but may have changed something. Example: an analog output that
   /// went to its limit.
   bool may_have_acted = false;

@@ -76,6 +76,8 @@ struct WriteResult {
   /// With `refused`: nothing was sent, because the protocol has no form for the value (0.05 in
   /// steps of 0.1).
   bool unfit = false;
+  /// With `denied`: the point has another value than the client expects (WriteAsk::Part::expect).
+  bool changed = false;
 };
 
 /// Returns the result of the point number `place`, from 0, in a write of several points.

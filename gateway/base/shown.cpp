@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 
 namespace baudgate {
@@ -61,18 +62,37 @@ std::string FormatValue(double value) {
   return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, single).ptr);
 }
 
+namespace {
+
+std::string Written(double value, std::chars_format form, int digits) {
+  char buffer[64];
+  return std::string(buffer,
+                     std::to_chars(buffer, buffer + sizeof buffer, value, form, digits).ptr);
+}
+
+/// Formats a number with this many decimals. Rounds halves of the decimal number that the double or
+/// float32 stands for away from zero: 0.35 with one decimal is 0.4.
+std::string Rounded(double value, int decimals) {
+  const auto whole = Decimal(AsDecimal(value)).Shifted(decimals).ToInt64();
+  if (!whole) return Written(value, std::chars_format::fixed, decimals);
+  std::string text = std::to_string(*whole);
+  const std::size_t sign = *whole < 0 ? 1 : 0;
+  const auto behind = static_cast<std::size_t>(decimals);
+  if (text.size() - sign <= behind) text.insert(sign, behind + 1 - (text.size() - sign), '0');
+  if (behind > 0) text.insert(text.size() - behind, ".");
+  return text;
+}
+
+}  // namespace
+
 std::string ShownNumber(double value, std::optional<int> decimals) {
   if (!std::isfinite(value)) return {};
   constexpr int kDigits = 4;
   constexpr double kMostPlain = 1e15;
-  const auto write = [value](std::chars_format form, int digits) {
-    char buffer[64];
-    return std::string(buffer,
-                       std::to_chars(buffer, buffer + sizeof buffer, value, form, digits).ptr);
-  };
-  const std::string scientific = write(std::chars_format::scientific, kDigits - 1);
+  const std::string scientific = Written(value, std::chars_format::scientific, kDigits - 1);
   if (std::abs(value) >= kMostPlain) return scientific;
-  if (!decimals) {
+  const bool four_digits = !decimals;
+  if (four_digits) {
     // The exponent of the rounded number: 9.9996 is 1.000e+01.
     int exponent = 0;
     const char* const end = scientific.data() + scientific.size();
@@ -81,7 +101,13 @@ std::string ShownNumber(double value, std::optional<int> decimals) {
     if (exponent < -kDigits) return scientific;
     decimals = std::max(0, kDigits - 1 - exponent);
   }
-  std::string text = write(std::chars_format::fixed, *decimals);
+  std::string text = Rounded(value, *decimals);
+  // The double 9.9995 is a little less, so its exponent is 0; but 9.9995 is shown as 10.00.
+  const std::size_t first = text.find_first_of("123456789");
+  const bool carried = four_digits && *decimals > 0 && first != std::string::npos &&
+                       std::count_if(text.begin() + static_cast<std::ptrdiff_t>(first), text.end(),
+                                     [](char c) { return c != '.'; }) > kDigits;
+  if (carried) text = Rounded(value, *decimals - 1);
   const bool is_zero = text.find_first_of("123456789") == std::string::npos;
   if (is_zero && text.starts_with('-')) text.erase(0, 1);
   return text;

@@ -185,12 +185,12 @@ void Reloader::Reload(const control::ReloadAsk& ask, Answered answered) {
   asio::post(loop_.io(), [this, ask, answered = std::move(answered)] { answered(Do(ask)); });
 }
 
-void Reloader::Confirm(const std::string& by, Answered answered) {
-  asio::post(loop_.io(), [this, by, answered = std::move(answered)] { answered(DoConfirm(by)); });
+void Reloader::Confirm(const control::ReloadAsk& ask, Answered answered) {
+  asio::post(loop_.io(), [this, ask, answered = std::move(answered)] { answered(DoConfirm(ask)); });
 }
 
-void Reloader::Revert(const std::string& by, Answered answered) {
-  asio::post(loop_.io(), [this, by, answered = std::move(answered)] { answered(DoRevert(by)); });
+void Reloader::Revert(const control::ReloadAsk& ask, Answered answered) {
+  asio::post(loop_.io(), [this, ask, answered = std::move(answered)] { answered(DoRevert(ask)); });
 }
 
 control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
@@ -312,27 +312,33 @@ std::string Reloader::OnTrial() const {
          " with 'baudgate confirm'";
 }
 
-control::ReloadAnswer Reloader::NoTrial() const {
-  return Failed(kBadFile, "no configuration waits to be confirmed" +
-                              (trial_.refused() ? ": " + state().not_the_file : std::string()));
+std::optional<control::ReloadAnswer> Reloader::NoTrial(const control::ReloadAsk& ask) const {
+  if (!trial_.running()) {
+    return Failed(kBadFile, "no configuration waits to be confirmed" +
+                                (trial_.refused() ? ": " + state().not_the_file : std::string()));
+  }
+  if (ask.applied.empty() || ask.applied == FormatWallTime(state().applied)) return std::nullopt;
+  return Failed(
+      kBadFile,
+      "another configuration is on trial meanwhile; nothing is changed. Look at it again");
 }
 
-control::ReloadAnswer Reloader::DoRevert(const std::string& by) {
-  if (!trial_.running()) return NoTrial();
+control::ReloadAnswer Reloader::DoRevert(const control::ReloadAsk& ask) {
+  if (auto none = NoTrial(ask)) return *none;
   control::ReloadAnswer answer;
-  answer.text = TakeBack(by + " has taken it back");
+  answer.text = TakeBack(ask.by + " has taken it back");
   answer.ok = true;
   answer.applied = true;
   return answer;
 }
 
-control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
-  if (!trial_.running()) return NoTrial();
+control::ReloadAnswer Reloader::DoConfirm(const control::ReloadAsk& ask) {
+  if (auto none = NoTrial(ask)) return *none;
   if (const Status status = copies_.Keep({trial_.applied()->text}); !status) {
     return Failed(kCanNotBe, "the configuration cannot be confirmed: " + status.error());
   }
   BeginTrial(Duration::zero(), {});
-  log::Act(Level::info, "the configuration is confirmed by {}", by);
+  log::Act(Level::info, "the configuration is confirmed by {}", ask.by);
   options_.notify("STATUS=" + options_.summary());
   control::ReloadAnswer answer;
   answer.ok = true;

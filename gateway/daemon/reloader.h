@@ -186,8 +186,8 @@ class Reloader final : public control::ReloadService {
 
   // Reload, Confirm, Revert and state are thread-safe.
   void Reload(const control::ReloadAsk& ask, Answered answered) override;
-  void Confirm(const std::string& by, Answered answered) override;
-  void Revert(const std::string& by, Answered answered) override;
+  void Confirm(const control::ReloadAsk& ask, Answered answered) override;
+  void Revert(const control::ReloadAsk& ask, Answered answered) override;
   status::ReloadState state() const { return display_.StateAt(ReadClocks()); }
   /// Returns the text that runs, without its secrets.
   Result<std::string> ConfigurationText() const;
@@ -208,9 +208,10 @@ class Reloader final : public control::ReloadService {
   void BeginTrial(Duration time, const reload::Healths& before);
   void FollowTrial();
   std::string OnTrial() const;
-  control::ReloadAnswer DoConfirm(const std::string& by);
-  control::ReloadAnswer DoRevert(const std::string& by);
-  control::ReloadAnswer NoTrial() const;
+  control::ReloadAnswer DoConfirm(const control::ReloadAsk& ask);
+  control::ReloadAnswer DoRevert(const control::ReloadAsk& ask);
+  /// Returns the answer if the configuration that `ask` means is not on trial.
+  std::optional<control::ReloadAnswer> NoTrial(const control::ReloadAsk& ask) const;
   void WatchTrial();
   void WatchFiles();
   void OnFile(const Result<std::string>& text);

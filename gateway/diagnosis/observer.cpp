@@ -44,7 +44,7 @@ void Observer::Complete(const bus::EndedExchange& ended, Finding& finding) {
   const protocols::Answer& answer = *ended.answer;
   const bus::Unproven* const unproven = ended.unproven;
   const std::string& reason = answer.reason.empty() ? end.reason : answer.reason;
-  const bool refuses = ended.answered() && end.outcome != Outcome::ok;
+  const bool refuses = ended.answered() && end.outcome != Outcome::ok && !answer.divides;
   finding.outcome = end.outcome;
   finding.ended = end.ended;
   // The reply looks like the reply to the previous request. But the bus has found that it is no

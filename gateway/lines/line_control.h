@@ -36,8 +36,9 @@ class LineControl {
   virtual void Offer(std::uint32_t line, config::PortServer server, Duration time) = 0;
   virtual void TakeBack(std::uint32_t line) = 0;
   /// Takes a device into or out of use. A device out of use is not polled, and its points are out
-  /// of service. A restart forgets this; `enabled: false` in the configuration lasts.
-  virtual void SetInUse(std::uint32_t device, bool in_use) = 0;
+  /// of service. A restart forgets this; `enabled: false` in the configuration lasts. `by`: the
+  /// client (DeviceStatus::disabled_by).
+  virtual void SetInUse(std::uint32_t device, bool in_use, const std::string& by = {}) = 0;
   /// Returns null if the protocol is not installed.
   virtual const protocols::Protocol* FindProtocol(const std::string& /*name*/) const {
     return nullptr;

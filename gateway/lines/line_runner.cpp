@@ -173,7 +173,9 @@ bool LineRunner::Submit(bus::WriteCommand command) {
   const auto ticket = queued_.Take(command.client, command.abandoned);
   if (!ticket) return false;
   command.observers.push_back(
-      [this, ticket = *ticket](const WriteResult&) { queued_.Give(ticket); });
+      [this, ticket = *ticket](const bus::WriteCommand&, const WriteResult&) {
+        queued_.Give(ticket);
+      });
   Post([command = std::move(command)](LineParts& line, Now now) mutable {
     line.Submit(std::move(command), now);
   });

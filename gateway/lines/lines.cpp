@@ -335,9 +335,10 @@ void LineDispatcher::TakeBack(std::uint32_t line) {
   lines_.at(line).With([](LineRunner& runner) { runner.TakeBack(); });
 }
 
-void LineDispatcher::SetInUse(std::uint32_t device, bool in_use) {
-  lines_.OfDevice(device).Post(
-      [device, in_use](LineParts& line, Now now) { line.poller.SetInUse(device, in_use, now); });
+void LineDispatcher::SetInUse(std::uint32_t device, bool in_use, const std::string& by) {
+  lines_.OfDevice(device).Post([device, in_use, by](LineParts& line, Now now) {
+    line.poller.SetInUse(device, in_use, now, by);
+  });
 }
 
 std::shared_ptr<records::TraceQueue> LineDispatcher::Trace(std::uint32_t line,

@@ -188,7 +188,7 @@ class LineDispatcher final : public bus::CommandSink, public LineControl {
   void Release(std::uint32_t line, Duration time) override;
   void Offer(std::uint32_t line, config::PortServer server, Duration time) override;
   void TakeBack(std::uint32_t line) override;
-  void SetInUse(std::uint32_t device, bool in_use) override;
+  void SetInUse(std::uint32_t device, bool in_use, const std::string& by) override;
   const protocols::Protocol* FindProtocol(const std::string& name) const override;
   std::shared_ptr<records::TraceQueue> Trace(std::uint32_t line,
                                              std::function<void()> wake) override;

@@ -49,7 +49,12 @@ def test_events_are_filtered_and_exported(context):
     link = browser.find("section[aria-label='Events'] a[download]").get_attribute("href")
     with urllib.request.urlopen(link) as answer:
         lines = answer.read().decode().splitlines()
-    assert lines[0].startswith("seq,") and len(lines) > 10 and all("has started" in line for line in lines[1:]), lines[:3]
+    assert lines[0].startswith("seq,") and lines[0].endswith(",priority,text") and len(lines) > 10 and all("has started" in line for line in lines[1:]), lines[:3]
+    browser.open("alarms")
+    browser.wait_text(" events")
+    choose("Priority", "high")
+    browser.wait("trips only", lambda: rows() and all("tripped" in row for row in rows()))
+    assert "priority=high" in browser.driver.current_url
 
 
 def test_targets_are_large_enough_for_fingers(context):
@@ -125,7 +130,7 @@ def test_use_is_a_dash_until_a_minute_is_known(context):
     try:
         browser.open("overview")
         browser.wait_text("Devices that work")
-        use = browser.wait("a line", lambda: browser.texts("section[aria-label='Devices that work'] td[data-title='Use']"))
+        use = browser.wait("a line", lambda: browser.texts("section[aria-label='Lines'] td[data-title='Use']"))
         assert set(use) == {"–"}, use
         browser.open("line/bay-1")
         browser.wait_text("Trace")

@@ -55,7 +55,7 @@ def test_killed_device_turns_grey_with_the_sentence_of_the_status(context):
         sentence = browser.wait("a sentence", says)[0]
         browser.wait("the same on the page", lambda: words(sentence) in words(browser.text()))
         browser.go("overview")
-        row = browser.wait("it among the first", lambda: [r for r in browser.all(".rank-bad") if stage.victim in r.text])[0]
+        row = browser.wait("it among the first", lambda: [r for r in browser.all(".rank-bad, .rank-warn") if stage.victim in r.text])[0]
         assert "offline" in row.text, row.text
         cause = sentence.split(". ")[0].split(": ", 1)[1]
         browser.wait("its cause on the overview", lambda: words(cause) in words(browser.text(".problems")))

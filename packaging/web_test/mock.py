@@ -36,7 +36,7 @@ MAY = {"viewer": [], "auditor": ["sessions", "writes"], "operator": ["acknowledg
        "engineer": ["acknowledge", "write", "disable", "release", "confirm", "sessions", "end_sessions", "writes"]}
 NEEDS = {"/api/v1/alarms/ack": "acknowledge", "/api/v1/write": "write", "/api/v1/devices/disable": "disable",
          "/api/v1/devices/enable": "disable", "/api/v1/lines/release": "release", "/api/v1/reload/confirm": "confirm",
-         "/api/v1/reload/revert": "confirm"}
+         "/api/v1/reload/revert": "confirm", "/api/v1/sessions/end": "end_sessions"}
 
 
 @functools.lru_cache
@@ -187,9 +187,12 @@ class Handler(BaseHTTPRequestHandler):
         if what == "lines/release":
             self.gateway.end_loan(given["line"])
             return self.answer({"ok": True, "line": given["line"], "was_released": True})
+        if what == "sessions/end":
+            self.sessions[:] = [one for one in self.sessions if one["id"] != given["id"]]
+            return self.no_content()
         left, self.gateway.trial_until = self.gateway.trial_until - time.time(), 0
         return self.answer({"ok": left > 0, "applied": False, "exit": 0, "changes": [], "warnings": [],
-                            "text": "" if left > 0 else "no configuration is on trial", "confirm_ms": 0})
+                            "text": "" if left > 0 else "no configuration is on trial", "confirm_ms": 0}, status=200 if left > 0 else 409)
 
     def do_GET(self):
         url = urllib.parse.urlsplit(self.path)
@@ -236,6 +239,7 @@ class Handler(BaseHTTPRequestHandler):
                 if e["seq"] > after and e["device_time"] >= since
                 and (not target or target in (f"{e['line']}.{e['device']}", e["device"]))
                 and query.get("kind", e["state"]) == e["state"]
+                and query.get("priority", e["priority"]) == e["priority"]
                 and query.get("text", "").lower() in e["text"].lower()]
 
     def get_events(self, query):
@@ -246,8 +250,8 @@ class Handler(BaseHTTPRequestHandler):
         return {"records": page, "next": page[-1]["seq"] if page else int(query.get("after", 0)), "more": len(found) > 200}
 
     def get_events_csv(self, query):
-        keys = ("seq", "receive_time", "device_time", "line", "device", "channel", "code", "state", "text")
-        rows = ["seq,receive_time_utc,device_time_utc,line,device,channel,code,kind,text"]
+        keys = ("seq", "receive_time", "device_time", "line", "device", "channel", "code", "state", "priority", "text")
+        rows = ["seq,receive_time_utc,device_time_utc,line,device,channel,code,kind,priority,text"]
         rows += [",".join(str(e[key]) for key in keys) for e in self.events_for(query)]
         self.answer("\n".join(rows).encode(), "text/csv")
 
@@ -258,10 +262,13 @@ class Handler(BaseHTTPRequestHandler):
     def get_writes(self, query):
         names = ("seq", "time", "client", "line", "device", "point", "old", "new", "outcome", "reason", "count")
         rows = [(1, iso(time.time() - 7300), "modbus:10.0.0.7:40312", "bay-1", "feeder-1", "setting_group", 0, 1, "ok", "", 1),
-                (2, iso(time.time() - 7200), "user:anna", "bay-1", "feeder-1", "active_phase_low_current", 1.0, 9.0, "denied",
+                (2, iso(time.time() - 7200), "web:anna@10.0.0.5", "bay-1", "feeder-1", "active_phase_low_current", 1.0, 9.0, "denied",
                  "9 is above the maximum, 5", 1),
-                (3, iso(time.time() - 4000), "user:anna", "bay-1", "feeder-1", "active_phase_low_current", 1.0, 2.5, "not_sent", "", 1)]
+                (3, iso(time.time() - 4000), "web:anna@10.0.0.5", "bay-1", "feeder-1", "active_phase_low_current", 1.0, 2.5, "not_sent", "", 1)]
         return {"records": [dict(zip(names, row)) for row in rows], "next": 3, "more": False}
+
+    def get_sessions(self, query):
+        return {"sessions": self.sessions}
 
     def get_history(self, query):
         found = self.gateway.history(query["point"], int(query["since_ms"]), int(query["until_ms"]),
@@ -340,6 +347,8 @@ def main():
     parser.add_argument("--no-history", action="store_true")
     Handler.options = parser.parse_args()
     Handler.asked = []
+    Handler.sessions = [{"id": f"s{n}", "user": user, "role": role, "from": at, "since": iso(time.time() - 4000 * n), "last": iso(time.time() - 9 * n)}
+                        for n, (user, role, at) in enumerate((("anna", "engineer", "10.0.0.5"), ("vera", "viewer", "10.0.0.9")), 1)]
     Handler.gateway = Gateway(Handler.options.points, Handler.options.uptime)
     Handler.streams = Streams(Handler.gateway)
     server = Server(("127.0.0.1", Handler.options.port), Handler)

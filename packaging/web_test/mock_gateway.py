@@ -158,7 +158,7 @@ class Gateway:
         self.events = []
         for n in range(640):
             event = dict(SAMPLES["events"][n % len(SAMPLES["events"])])
-            event["seq"] = n + 1
+            event["seq"], event["priority"] = n + 1, "none"
             event["receive_time"] = event["device_time"] = iso(start + n * 11)
             self.events.append(event)
         self.alarms = [{**alarm, "unacknowledged": True} for alarm in copy.deepcopy(SAMPLES["alarms"])]
@@ -196,7 +196,7 @@ class Gateway:
             for row in SAMPLES["values"][sample]:
                 self.points.append(Point(len(self.points), name, device, row, wrong))
             made["state"], made["last_outcome"], made["last_reason"] = "online", "ok", ""
-            made["maintenance"], made["points"] = wrong if wrong in MAINTENANCE else None, {}
+            made["maintenance"], made["points"], made["disabled"] = wrong if wrong in MAINTENANCE else None, {}, None
             made["hour"]["outages"] = 0
             if wrong in ("silent", "no_port"):
                 made.update(state="never seen" if wrong == "no_port" else "offline", age_ms=None, last_ok=None,
@@ -252,14 +252,14 @@ class Gateway:
             self.add_event(line, device, 1000009, "on", "does not answer: no_reply")
             return changed
 
-    def add_event(self, line, device, code, state, text):
+    def add_event(self, line, device, code, state, text, priority="none"):
         now = iso(time.time())
         self.events.append({"seq": len(self.events) + 1, "receive_time": now, "device_time": now,
                             "clock_quality": 1, "line": line, "device": device, "channel": 0, "code": code,
-                            "state": state, "text": text})
+                            "state": state, "priority": priority, "text": text})
 
     def raise_alarm(self, line, device, text, priority="high", point="", name="", ago=0):
-        self.add_event(line, device, 3, "on", text)
+        self.add_event(line, device, 3, "on", text, priority)
         if ago:
             self.events[-1]["receive_time"] = self.events[-1]["device_time"] = iso(time.time() - ago)
         at = iso(time.time() - ago)
@@ -301,7 +301,8 @@ class Gateway:
         """Enables or disables a device; returns the changes."""
         _, device = self.find(name)
         device.update(state="online" if on else "disabled", maintenance=None if on else "disabled", age_ms=1 if on else None,
-                      advice=[] if on else ["disabled at run time"])
+                      advice=[] if on else ["disabled at run time"],
+                      disabled=None if on else {"by": "web:anna@10.0.0.7", "since": iso(time.time())})
         changed = []
         with self.lock:
             for point in self.points:
@@ -329,7 +330,7 @@ class Gateway:
         result = {"end": "ok", "reason": "", "read_back": not point.write_only}
         if "expect" in given and given["expect"] != point.value:
             return {"end": "denied", "reason": "the value has changed meanwhile", "read_back": False, "needs": "expect"}
-        value = given["value"]
+        value = int(given["value"]) if isinstance(given["value"], str) else given["value"]
         if not isinstance(value, bool) and not point.extra.get("min", value) <= value <= point.extra.get("max", value):
             return {"end": "denied", "reason": f"{value} is not within {point.extra['min']} … {point.extra['max']}", "read_back": False}
         if point.extra.get("select") and not given.get("confirm"):

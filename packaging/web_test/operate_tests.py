@@ -116,12 +116,13 @@ def test_devices_and_loans(context):
         browser.wait_text("until the next restart", ".notice")
         browser.go("overview")
         browser.wait_text("io.ai-4", "section[aria-label='In maintenance']")
+        assert "disabled by anna at 10.0.0.7 since 20" in browser.text("section[aria-label='In maintenance']")
         [b for b in browser.all("button") if b.get_attribute("aria-label") == "Enable: io.ai-4"][0].click()
         button(browser, "Enable", ".ask").click()
         browser.wait("in use again", lambda: "io.ai-4" not in browser.text("section[aria-label='In maintenance']"))
         button(browser, "End the loan").click()
         button(browser, "End the loan", ".ask").click()
-        browser.wait("its line works", lambda: "pump-1" in browser.text("section[aria-label='Devices that work']"))
+        browser.wait("its line works", lambda: "pump-1" in browser.text("section[aria-label='Lines']"))
         assert last(stage) == ["/api/v1/lines/release", {"line": "drives"}], last(stage)
 
 
@@ -144,16 +145,38 @@ def test_trial_counts_down_and_is_confirmed_or_taken_back(context):
             if path == "revert":
                 button(browser, "Take back", ".ask").click()
             browser.wait("no trial", lambda: "on trial" not in browser.text())
-            assert last(stage)[0] == f"/api/v1/reload/{path}", last(stage)
+            assert last(stage)[0] == f"/api/v1/reload/{path}" and last(stage)[1]["applied"].startswith("20"), last(stage)
             assert re.match(r"(5:00|4:\d\d)$", first), first
 
 
 def test_who_has_written_what(context):
     with Desk(context, "auditor") as (_, browser):
-        browser.open("alarms")
-        browser.wait_text("tripped")
-        [s for s in browser.all("summary") if s.text.startswith("Writes")][0].click()
-        browser.wait("the writes", lambda: len(browser.all(".folded tbody tr")) == 3)
+        browser.open("overview")
+        browser.wait("the link", lambda: [a for a in browser.all("#views a") if a.text == "Writes"])[0].click()
+        browser.wait("the writes", lambda: len(browser.all("main tbody tr")) == 3)
+        row = browser.texts("main tbody tr")[2]
+        assert "main" in row and "second" in row, f"values have the texts of the point: {row}"
         browser.find("#write-text").send_keys("low_current")
-        rows = browser.wait("two of them", lambda: len(browser.all(".folded tbody tr")) == 2 and browser.texts(".folded tbody tr"))
-        assert "user:anna" in rows[0] and "not sent" in rows[0] and "2.5" in rows[0], rows
+        rows = browser.wait("two of them", lambda: len(browser.all("main tbody tr")) == 2 and browser.texts("main tbody tr"))
+        assert "anna at 10.0.0.5" in rows[0] and "not sent" in rows[0] and "2.50" in rows[0], rows
+
+
+def test_sessions_are_shown_and_ended(context):
+    with Desk(context, "engineer") as (stage, browser):
+        browser.open("system")
+        rows = lambda: browser.texts("section[aria-label='Sessions'] tbody tr")
+        browser.wait("two sessions", lambda: len(rows()) == 2)
+        [b for b in browser.all("button") if b.get_attribute("aria-label") == "End the session of vera"][0].click()
+        browser.wait("one session", lambda: len(rows()) == 1)
+        assert last(stage) == ["/api/v1/sessions/end", {"id": "s2"}], last(stage)
+
+
+def test_a_device_out_of_use_has_no_write(context):
+    with Desk(context, "operator") as (_, browser):
+        open_device(browser, "bay-1.feeder-1")
+        shown = lambda: [b for b in browser.all(".p-act button") if b.is_displayed()]
+        browser.wait("buttons", shown)
+        button(browser, "Disable …").click()
+        button(browser, "Disable", ".ask").click()
+        browser.wait_text("disabled by anna at 10.0.0.7 since")
+        browser.wait("no button", lambda: not [b for b in shown() if "setting_group" in b.get_attribute("aria-label")])

@@ -28,8 +28,11 @@ def test_problems_worst_first_and_each_cause_once(context):
     open_view(context, "overview", "In maintenance")
     rows = browser.wait("problems with alarms", lambda: [r for r in browser.texts(".problems tbody tr") if "tripped" in r] and
                         browser.texts(".problems tbody tr"))
-    ranks = [["high", "medium", "low"].index(r.split()[0]) for r in rows if r.split()[0] in ("high", "medium", "low")]
+    scale = ["high", "medium", "low", "hint"]
+    over = [n for n, r in enumerate(rows) if "over, not acknowledged" in r]
+    ranks = [scale.index(r.split()[0]) for n, r in enumerate(rows) if n not in over]
     assert ranks == sorted(ranks) and "tripped" in rows[0], rows
+    assert over and all(r.split()[0] == "hint" for n, r in enumerate(rows) if n > over[0] and n not in over), rows
     assert browser.text().count("no such port") == 1, rows
     port = next(r for r in rows if "no such port" in r)
     assert "ai-9 and ai-10 are away with it" in port and "plug the adapter in" in port, port
@@ -38,6 +41,7 @@ def test_problems_worst_first_and_each_cause_once(context):
     kept = browser.text("section[aria-label='In maintenance']")
     assert "io.ai-3" in kept and "Line drives" in kept and "lent" in kept, kept
     assert "3 in maintenance" in browser.text("h1"), browser.text("h1")
+    assert len(browser.all("section[aria-label='Lines'] tbody tr")) == 6, "lines without a device that works are in the list"
 
 
 def test_menu_and_bar_take_a_line_each_on_a_phone(context):

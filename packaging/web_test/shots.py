@@ -38,6 +38,7 @@ VIEWS = {
     "trends": ("trends?range=6h&points=io.ai-4.input_1,io.ai-4.input_2,panel.incomer.voltage_l1,panel.incomer.voltage_l2,"
                "panel.incomer.current_l1", "Maximum"),
     "points": ("points?q=voltage", "points have"),
+    "writes": ("writes", "not sent"),
     "system": ("system", "protocol:"),
 }
 

@@ -73,6 +73,20 @@ def test_time_picker_and_an_empty_range(context):
     browser.wait_text("00:00:00 UTC (24 h)")
 
 
+def test_values_with_texts_have_no_mean(context):
+    if context.kind is not Mock:
+        raise LeftOut("the samples have such a point")
+    browser = context.browser
+    open_view(context, "trends?range=1h&points=bay-1.feeder-1.module_status,panel.incomer.frequency", "Maximum")
+    cells = lambda point: browser.wait(point, lambda: [[c.text for c in r.find_elements("css selector", "td")]
+                                                       for r in browser.all(".trend-table tbody tr") if point in r.text])[0]
+    titles = browser.texts(".trend-table th")
+    mean = titles.index("Mean")
+    browser.wait("values", lambda: cells("frequency")[mean] != "–")
+    assert cells("module_status")[mean] == "–", cells("module_status")
+    assert re.match(r"\d+\.\d\d$", cells("frequency")[mean]), cells("frequency")
+
+
 def test_panels_cursor_and_csv(context):
     browser = context.browser
     open_view(context, trends(context, "1h"), "Maximum")

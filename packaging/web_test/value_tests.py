@@ -101,3 +101,25 @@ def test_search_finds_lines_and_devices_and_enter_opens(context):
         # Enter counts as well if it comes before the points do.
         browser.find("#query").send_keys(text, Keys.ENTER)
         browser.wait(place, lambda: place in browser.driver.current_url)
+
+
+def test_search_finds_alarms(context):
+    only_mock(context)
+    open_view(context, "points?q=tripped", "points have")
+    found = context.browser.wait_text("stage I> tripped", ".places") and context.browser.text(".places")
+    assert "alarm, high" in found, found
+
+
+def test_a_tile_shows_that_its_value_is_beyond_a_limit(context):
+    only_mock(context)
+    browser = context.browser
+    browser.open("overview")
+    browser.run("localStorage.setItem('favourites /', '[\"bay-1.feeder-1.active_phase_low_current\"]')")
+    try:
+        open_view(context, "favourites", "active_phase_low_current")
+        browser.run("import('./js/store.js').then(async ({pointsOf, take}) => {"
+                    "const {id} = (await pointsOf('bay-1.feeder-1')).find((one) => one.point === 'active_phase_low_current');"
+                    "take({values: [[id, 7.5, 192, 'good', Date.now(), '7.50']]}, false); })")
+        browser.wait_text("good, above 5", ".tile")
+    finally:
+        browser.run("localStorage.removeItem('favourites /')")

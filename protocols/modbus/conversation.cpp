@@ -381,6 +381,8 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged, Ins
   }
   if (change == PlanChange::split) {
     answer.reason += "; the gateway now reads this block in two parts";
+    answer.remedy.clear();
+    answer.divides = true;
     answer.readings.clear();
   }
   if (change != PlanChange::nothing) answer.then = Then::replan;

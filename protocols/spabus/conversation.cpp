@@ -127,7 +127,9 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant
   if (items == 1 ? !rule.missing : !rule.worth_splitting) {
     return plan_.OnHeard(query, now) != PlanChange::nothing;
   }
-  return plan_.OnRefused(query, now) != PlanChange::nothing;
+  const PlanChange change = plan_.OnRefused(query, now);
+  answer.divides = change == PlanChange::split;
+  return change != PlanChange::nothing;
 }
 
 /// Handles a failed query for several items. Some relays do not support a range of channels and

@@ -179,7 +179,7 @@ config::Loaded LoadRatios(const std::string& ratios) {
       "points: [{ name: i, read: A1, type: float32, unit: xIn, scale: 0.5, offset: 1, deadband: "
       "0.01, jump: 0.1, modbus: 0, on_fault: -1, sentinels: { 999: 0x44 }, "
       "events: { on: above, value: 1.2, hysteresis: 0.1 } },"
-      "{ name: u, read: A2, type: float32, unit: xUn },"
+      "{ name: u, read: A2, type: float32, unit: xUn, precision: 2 },"
       "{ name: t, read: A3, type: float32, unit: s },"
       "{ name: b, read: A4, type: bool, unit: xIn }] }] }\n");
 }
@@ -198,6 +198,7 @@ TEST(Ratios, ScaleEveryNumberOfTheUnit) {
   EXPECT_EQ(points[0].events.at(0).hysteresis, 40);
   EXPECT_EQ(points[0].sentinels[0].value, 999) << "of the raw value";
   EXPECT_EQ(points[1].unit, "kV");
+  EXPECT_EQ(points[1].precision, 1) << "0.01 xUn are 0.1 kV";
   EXPECT_EQ(points[1].scale, 10);
   EXPECT_EQ(points[2].unit, "s");
   EXPECT_EQ(points[2].scale, 1);

@@ -125,7 +125,7 @@ void DeviceTracker::OnTelegram(const protocols::Protocol& protocol, View telegra
 void DeviceTracker::Outdate(const Device& device, const std::vector<std::size_t>& points,
                             Instant now) {
   if (points.empty()) return;
-  Doubt(device, points, now);
+  OnPointsWritten(device, points, now);
   if (!device.health.absent()) ReadBack(device, points);
 }
 
@@ -215,6 +215,13 @@ void DeviceTracker::SetInUse(Device& device, bool in_use, bool open, Instant now
   accounts_.states.OnState(device, in_use ? "taken into use" : "taken out of use");
 }
 
+void DeviceTracker::NoteUse(const Device& device, const std::string& by, WallTime now) {
+  store_.UpdateStatus(device.index, [&](DeviceStatus& status) {
+    status.disabled_by = device.in_use ? std::string() : by;
+    status.disabled_since = now;
+  });
+}
+
 void DeviceTracker::OnEnabled(Device& device, bool open, Instant now) {
   device.conversation->OnEnabled();
   accounts_.states.OnMemory(device);
@@ -288,6 +295,18 @@ void DeviceTracker::DoubtLatest(Instant now) {
     Doubt(device, read.points, now);
     ReadBack(device, read.points);
   }
+}
+
+Value DeviceTracker::KnownValue(const Device& device, std::size_t point, Instant now) const {
+  Value value;
+  store_.Read(device.index,
+              [&](const DeviceRecord& record) { value = bus::KnownValue(record, point, now); });
+  return value;
+}
+
+void DeviceTracker::OnPointsWritten(const Device& device, const std::vector<std::size_t>& points,
+                                    Instant now) {
+  store_.OnWritten(device.index, points, now);
 }
 
 void DeviceTracker::Doubt(const Device& device, const std::vector<std::size_t>& points,

@@ -67,10 +67,15 @@ class DeviceTracker {
   /// warning for the user.
   LateReplies::StrayEffects ApplyStray(const StrayBytes& stray, Instant now);
   void OnSecondReply(Instant now);
+  Value KnownValue(const Device& device, std::size_t point, Instant now) const;
+  /// As PointStore::OnWritten.
+  void OnPointsWritten(const Device& device, const std::vector<std::size_t>& points, Instant now);
   /// Makes these points uncertain until they are read again.
   void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);
   void ReadBack(const Device& device, const std::vector<std::size_t>& points);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
+  /// Shows in the status who has taken the device out of use, and the time of this change.
+  void NoteUse(const Device& device, const std::string& by, WallTime now);
   /// A user has enabled the device, even if it was enabled before. All its polls are due now.
   void OnEnabled(Device& device, bool open, Instant now);
   /// The queries of the conversation have changed. Polls keep their times: see Schedule::GoOn.

@@ -202,7 +202,7 @@ const protocols::Request& Job::Send(LineContext& line, Now now) {
     member->device->conversation->Stamp(request, {now.instant + takes, now.wall + takes},
                                         character);
   }
-  OnSend(line);
+  OnSend(line, now.instant);
   line.agenda.turns.OnSent(goal().is_urgent());
   line.owed.whose.OnSent(asked(), now.instant);
   if (probe_budget && !was_sent) line.accounts.line.OnProbe();

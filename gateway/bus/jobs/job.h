@@ -48,12 +48,6 @@ namespace baudgate::bus {
 class Job;
 struct LineContext;
 
-/// The reason why a request is not sent, and the result of the write if the request belongs to one.
-struct Withheld {
-  WriteEnd end = WriteEnd::not_sent;
-  std::string why;
-};
-
 /// The outcome of a job, or of one request of it, and the reason in words.
 struct JobEnd {
   Outcome outcome = Outcome::none;
@@ -353,7 +347,7 @@ class Job {
   /// belong to an older request.
   virtual bool MustRepeat(const LineContext& line, Instant now) const;
   virtual void OnReplaced(LineContext& line, Now now);
-  virtual void OnSend(LineContext& /*line*/) {}
+  virtual void OnSend(LineContext& /*line*/, Instant /*now*/) {}
   /// In a write: stores the latest answer of the device. `may_have_acted`: the device has refused
   /// the write, but may have changed something.
   virtual void NoteTold(const JobEnd& /*told*/, bool /*may_have_acted*/) {}

@@ -74,16 +74,26 @@ std::optional<Withheld> WriteJob::WhyNotSend(Instant now, bool held) const {
     return Withheld{WriteEnd::not_sent, kClientLeft};
   }
   if (auto withheld = Job::WhyNotSend(now, held)) return withheld;
-  auto forbidden = command_.why_not ? command_.why_not(now) : std::nullopt;
-  if (!forbidden) return std::nullopt;
-  return Withheld{WriteEnd::denied, std::move(*forbidden)};
+  return command_.why_not ? command_.why_not(now) : std::nullopt;
+}
+
+void WriteJob::NoteBefore(LineContext& line, Instant now) {
+  auto& writes = std::get<Writes>(command_.kind);
+  if (command_.before.empty()) {
+    for (const PointWrite& write : writes) command_.before.push_back(write.before);
+  }
+  for (std::size_t i = first_; i < next_; ++i) {
+    writes[i].before = line.tracker.KnownValue(*member->device, writes[i].point, now);
+    command_.before[i] = writes[i].before;
+  }
 }
 
 /// Called directly before a request is sent. If the request can write, marks the command as sent
 /// and schedules read-backs of its points.
-void WriteJob::OnSend(LineContext& line) {
+void WriteJob::OnSend(LineContext& line, Instant now) {
   may_have_written_before_ = sent();
   if (step.request.prepares || step.request.closes) return;
+  if (!sent()) NoteBefore(line, now);
   command_.MoveTo(WriteState::sent);
   told_.reset();
   const Device& device = *member->device;
@@ -168,6 +178,7 @@ EndEffects::Write WriteJob::EndOfWrite(const JobEnd& end, Instant now) const {
   if (withheld_) {
     answer(points.how, withheld_->why + open);
     if (!sent()) effects.result.tried = first_;
+    effects.result.changed = withheld_->changed && !sent();
   } else if (!ok && points.keeps_told) {
     answer(points.how, (told_->reason.empty() ? name : told_->reason) + open);
   } else if (!ok) {
@@ -196,11 +207,12 @@ void WriteJob::End(const JobEnd& end, Instant now, EndEffects& effects) {
 
 Job::After WriteJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
   using Next = EndEffects::Write::Next;
+  if (withheld_ && !sent()) NoteBefore(line, now);
   EndEffects effects = EffectsOf(end, now);
   Apply(line, effects, end, now);
   const EndEffects::Write& write = *effects.write;
   Device& device = *member->device;
-  line.tracker.Doubt(device, write.unknown, now);
+  line.tracker.OnPointsWritten(device, write.unknown, now);
   for (const PointWrite& one : write.confirmed) device.jumps.OnWritten(one.point, one.shown);
   if (!write.confirmed.empty()) command_.MoveTo(WriteState::reading_back);
   switch (write.next) {

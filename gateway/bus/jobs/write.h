@@ -39,7 +39,7 @@ class WriteJob : public Job {
   After Finish(LineContext& line, const JobEnd& end, Instant now) override;
 
  protected:
-  void OnSend(LineContext& line) override;
+  void OnSend(LineContext& line, Instant now) override;
   void NoteTold(const JobEnd& told, bool may_have_acted) override;
   void OnGaveUp(const ExchangeEnd& end) override;
   void OnWithheld(const Withheld& why) override { withheld_ = why; }
@@ -60,6 +60,8 @@ class WriteJob : public Job {
   std::span<const PointWrite> under_way() const {
     return std::span(command_.writes()).subspan(first_, next_ - first_);
   }
+  /// Sets PointWrite::before of the points under_way() to their values now.
+  void NoteBefore(LineContext& line, Instant now);
   PointsEnd EndOfPoints(const JobEnd& end) const;
   EndEffects::Write EndOfWrite(const JobEnd& end, Instant now) const;
 

@@ -226,6 +226,10 @@ struct DeviceStatus {
   /// Why no value of the device is good, such as "type 0D, the profile has 08"; or a remark of the
   /// conversation about a device whose values are good.
   std::string trouble;
+  /// The client that has disabled the device. Empty: the configuration has, or a reload has
+  /// continued the state, or the device is in use.
+  std::string disabled_by{};
+  WallTime disabled_since{};  ///< when the device was last taken out of use, or into use again
   std::optional<Instant> last_ok;
   WallTime last_ok_wall{};
   std::uint32_t exchanges = 0;

@@ -106,6 +106,10 @@ Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now) {
   return record.override_quality ? *record.override_quality : AgedQuality(record, point, now);
 }
 
+Value KnownValue(const DeviceRecord& record, std::size_t point, Instant now) {
+  return IsBad(QualityAt(record, point, now)) ? Value() : record.points[point].value;
+}
+
 std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now) {
   const auto& read_at = record.points[point].read_at;
   if (!read_at) return std::nullopt;
@@ -288,6 +292,16 @@ void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points
     }
   }
   Announce(device, changed);
+}
+
+void PointStore::OnWritten(std::uint32_t device, std::span<const std::size_t> points, Instant now) {
+  {
+    Entry& entry = devices_[device];
+    const MutexLock lock(entry.mutex);
+    if (!entry.own) return;
+    for (const std::size_t point : points) entry.own->points[point].written_at = now;
+  }
+  Doubt(device, points, now);
 }
 
 void PointStore::SetOverride(std::uint32_t device, Override why) {

@@ -84,6 +84,9 @@ struct PointRecord {
   /// request, because the value may be as old. Empty: never read.
   std::optional<Instant> read_at;
   WallTime source_time{};  ///< `read_at` as civil time
+  /// When a write that may have changed the value ended. If the point was not read since
+  /// (`read_at`), the gateway does not know its value.
+  std::optional<Instant> written_at{};
   std::uint64_t seq = 0;
   std::uint32_t rtt_us = 0;
 };
@@ -129,6 +132,9 @@ Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now);
 /// then age.
 Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
 
+/// Returns the value of the point; empty if its quality is bad.
+Value KnownValue(const DeviceRecord& record, std::size_t point, Instant now);
+
 /// Empty: the point was never read.
 std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now);
 
@@ -163,6 +169,8 @@ class PointStore {
   /// Makes these points uncertain until they are read again, except points that are not good.
   /// Values and ages stay.
   void Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now);
+  /// Notes that a write may have changed the values of these points, which become uncertain.
+  void OnWritten(std::uint32_t device, std::span<const std::size_t> points, Instant now);
   void SetOverride(std::uint32_t device, Override why);
   /// Sets DeviceRecord::line_cycle, on which the age limits depend. A value that is too old by the
   /// old limits stays too old until it is read again.

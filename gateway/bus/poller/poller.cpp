@@ -114,12 +114,15 @@ void Poller::Recall(std::uint32_t index, std::string memory, Now now) {
   context_.tracker.OnRecalled(device);
 }
 
-void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
+void Poller::SetInUse(std::uint32_t index, bool in_use, Now now, const std::string& by) {
   Advance(now);
   Device& device = context_.roster.DeviceAt(index);
   const bool open = runner_.is_open();
   if (in_use) context_.tracker.OnEnabled(device, open, now.instant);
-  if (device.in_use != in_use) context_.tracker.SetInUse(device, in_use, open, now.instant);
+  if (device.in_use != in_use) {
+    context_.tracker.SetInUse(device, in_use, open, now.instant);
+    context_.tracker.NoteUse(device, by, now.wall);
+  }
   SettleIfOpen();
 }
 

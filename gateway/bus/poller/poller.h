@@ -58,7 +58,8 @@ class Poller {
   void OnClosed(Now now, Override why = Quality::bad_not_connected);
   /// Enables or disables a device. A disabled device is not asked, and its points are out of
   /// service. `device`: index in the point store.
-  void SetInUse(std::uint32_t device, bool in_use, Now now);
+  /// `by`: see DeviceStatus::disabled_by.
+  void SetInUse(std::uint32_t device, bool in_use, Now now, const std::string& by = {});
   void Receive(View bytes, Now now);
   /// The server has closed the connection. The next request opens a new connection.
   void OnEnded(Now now);

@@ -100,13 +100,22 @@ inline constexpr Duration kWaitForDevice = std::chrono::seconds(5);
 /// the comparison after reading back use `shown`.
 struct PointWrite {
   std::uint32_t point = 0;
-  Value raw;       ///< the value that is sent, in the range of the type
-  Value before{};  ///< value of the point when the write was requested; empty: unknown
-  Value shown{};   ///< value that the point shows when the device has accepted `raw`
+  Value raw;  ///< the value that is sent, in the range of the type
+  /// Value of the point directly before its request was sent; until then, when the write was
+  /// requested. Empty: unknown.
+  Value before{};
+  Value shown{};  ///< value that the point shows when the device has accepted `raw`
 };
 
 /// The points are written in this order. The first failure ends the command.
 using Writes = std::vector<PointWrite>;
+
+/// The reason why a request is not sent, and the result of the write if the request belongs to one.
+struct Withheld {
+  WriteEnd end = WriteEnd::not_sent;
+  std::string why;
+  bool changed = false;  ///< see WriteResult::changed
+};
 
 /// Points that a client wants to be read now. WriteResult::read_back is true if all were read.
 struct Reads {
@@ -133,14 +142,18 @@ struct WriteCommand {
   WriteState state = WriteState::asked;
   /// Called directly before each request. Returns why the request must not be sent now; empty: the
   /// request can be sent. Null: there is no condition.
-  std::function<std::optional<std::string>(Instant now)> why_not;
+  std::function<std::optional<Withheld>(Instant now)> why_not;
+  /// PointWrite::before of all points of the command as it was submitted, also of those that were
+  /// removed from `kind` since. Set by the line; empty: no request was due yet.
+  std::vector<Value> before{};
   /// Points to true when the client no longer waits. Then the command is not started; but if a
   /// request that may write was sent, the command continues to its end. Null: the client always
   /// waits.
   std::shared_ptr<const std::atomic<bool>> abandoned;
   using Ended = std::function<void(const WriteResult&)>;
+  using Observer = std::function<void(const WriteCommand&, const WriteResult&)>;
   /// The audit and CommandRoom. End calls them before `done`, the last one first.
-  std::vector<Ended> observers{};
+  std::vector<Observer> observers{};
   Ended done;
 
   const Writes& writes() const {
@@ -165,7 +178,7 @@ struct WriteCommand {
   void End(const WriteResult& result) {
     assert(MayEnd(state, result.end));
     MoveTo(WriteState::ended);
-    for (std::size_t i = observers.size(); i-- > 0;) observers[i](result);
+    for (std::size_t i = observers.size(); i-- > 0;) observers[i](*this, result);
     done(result);
   }
   void MoveTo(WriteState next) {

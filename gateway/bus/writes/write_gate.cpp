@@ -188,6 +188,30 @@ bool IsGuarded(const config::Point& point) {
   return !point.writing.allow_when.empty() || point.writing.min_point || point.writing.max_point;
 }
 
+std::optional<std::string> WhyChanged(const PointStore& store, std::uint32_t device,
+                                      std::uint32_t point, const std::string& expect) {
+  std::string name;
+  Value value;
+  std::string text;
+  bool is_known = true;
+  store.Read(device, [&](const DeviceRecord& record) {
+    const PointRecord& held = record.points[point];
+    const config::Point& its = record.device->points[point];
+    name = its.name;
+    value = held.value;
+    text = its.states ? config::ShownText(its, value) : ToText(AsMeant(its, value));
+    const bool is_read = !held.written_at || (held.read_at && *held.read_at > *held.written_at);
+    is_known = is_read || its.access == config::Access::write;
+  });
+  if (!is_known) {
+    return "'" + name + "' was written meanwhile, and its new value has not been read yet";
+  }
+  const auto number = Decimal::Parse(expect);
+  if (ToText(value) == expect || (number && IsMeant(value, *number))) return std::nullopt;
+  return "'" + name + "': the value has changed meanwhile to " +
+         (HasValue(value) ? text : "none: the point has no value now");
+}
+
 void Selections::Select(std::uint64_t client, Point point, Instant until) {
   until_[{point, client}] = until;
   if (until_.size() <= kLimit) return;
@@ -246,6 +270,10 @@ std::optional<WriteDenial> WhyNotNow(const PointStore& store, std::uint32_t devi
     if (auto why = WhyLocked(store, point, part.value, now)) {
       return WriteDenial{Why::locked, std::move(*why)};
     }
+    if (!part.expect) continue;
+    if (auto why = WhyChanged(store, device, part.point, *part.expect)) {
+      return WriteDenial{Why::changed, std::move(*why)};
+    }
   }
   return std::nullopt;
 }
@@ -269,21 +297,17 @@ std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask,
   command.abandoned = ask.abandoned;
   command.done = std::move(ask.done);
   store_.Read(ask.device, [&](const DeviceRecord& record) {
-    for (PointWrite& write : writes) {
-      if (!IsBad(QualityAt(record, write.point, now))) {
-        write.before = record.points[write.point].value;
-      }
-    }
+    for (PointWrite& write : writes) write.before = KnownValue(record, write.point, now);
   });
   std::erase_if(ask.parts, [&points = device->points](const auto& part) {
-    return !IsGuarded(points[part.point]);
+    return !IsGuarded(points[part.point]) && !part.expect;
   });
   if (!ask.parts.empty()) {
     command.why_not = [&store = store_, device = ask.device,
-                       guarded = std::move(ask.parts)](Instant at) -> std::optional<std::string> {
+                       guarded = std::move(ask.parts)](Instant at) -> std::optional<Withheld> {
       auto denial = WhyNotNow(store, device, guarded, at);
       if (!denial) return std::nullopt;
-      return std::move(denial->text);
+      return Withheld{WriteEnd::denied, std::move(denial->text), denial->why == Why::changed};
     };
   }
   if (sink_.Submit(std::move(command))) return std::nullopt;

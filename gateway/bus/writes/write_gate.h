@@ -10,6 +10,8 @@
 //   does another point forbid it?        locked        allow_when; min and max that name a point
 //                                                      whose value is unknown (beyond a known
 //                                                      limit: value); checked again before sending
+//   has it the value that the client     changed       `expect` of the client; checked again before
+//   has seen?                                          sending
 //   does the sink take the command?      busy          its queue is full (AuditedWrites); a full
 //                                                      queue of the line ends it as busy later
 //
@@ -91,6 +93,11 @@ std::optional<Beyond> WhyBeyond(const PointStore& store, std::uint32_t device,
 /// checked again before each request.
 bool IsGuarded(const config::Point& point);
 
+/// Returns why the point may have another value than `expect` (WriteAsk::Part), in one sentence;
+/// empty: the point has this value.
+std::optional<std::string> WhyChanged(const PointStore& store, std::uint32_t device,
+                                      std::uint32_t point, const std::string& expect);
+
 // `Selections` contains which points are selected, by which client and until when. A point that
 // trips or resets something is written in two steps: it is selected, then written. So a single
 // write to a wrong register has no effect. The time is an argument. See docs/writes.md, "Select
@@ -142,12 +149,19 @@ struct Writer {
   /// Limits the requests that RequestHandler accepts from the client. Empty: all are accepted,
   /// because the gateway has no users, or the client is root or the gateway's own user.
   std::optional<Role> role{};
+  /// The user and the address of a client of the page, for the security journal. `from` empty: the
+  /// client is on this machine, and `name` is the user.
+  std::string user{};
+  std::string from{};
 };
 
 struct WriteAsk {
   struct Part {
     std::uint32_t point = 0;
     Value value{};  ///< as users see it, not raw
+    /// The value that the client has seen, as text; "": the point had none. The write is denied if
+    /// the point has another value. Empty: the client expects no value.
+    std::optional<std::string> expect{};
   };
   std::uint32_t device = 0;  ///< index in the point store
   std::vector<Part> parts;
@@ -159,7 +173,7 @@ struct WriteAsk {
 };
 
 struct WriteDenial {
-  enum class Why : std::uint8_t { read_only, value, not_selected, locked, busy };
+  enum class Why : std::uint8_t { read_only, value, not_selected, locked, changed, busy };
   Why why = Why::read_only;
   std::string text;  ///< one sentence
 };

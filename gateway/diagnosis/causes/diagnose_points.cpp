@@ -128,7 +128,8 @@ bool IsUsual(const bus::DeviceRecord& record, Reason reason) {
 /// Counts the points that are not good: if `usual`, those whose reason is normal (IsUsual), else
 /// the others.
 Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, Now now, bool usual) {
-  const Duration open = now.wall - line.port_since;
+  // The polls begin when the port opens, or the device is taken into use.
+  const Duration open = now.wall - std::max(line.port_since, record.status.disabled_since);
   Doubts doubts;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const Quality quality = QualityAt(record, i, now.instant);

@@ -16,7 +16,10 @@ bool IsConfirmed(const status::Json& request) {
 }
 
 status::Json ToJson(const WriteResult& result) {
-  return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
+  status::Json json = {
+      {"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
+  if (result.changed) json["needs"] = "expect";
+  return json;
 }
 
 /// Returns the points as JSON. "fresh" is true if the value was received after the time `asked`.
@@ -76,23 +79,6 @@ Result<status::Json> PointRequests::MayWrite(const config::Config& config,
   return status::Json{{"may_write", !denial}, {"reason", denial ? denial->text : ""}};
 }
 
-std::optional<std::string> PointRequests::WhyUnexpected(const status::Json& request,
-                                                        const bus::WriteAsk& ask) const {
-  if (!request.contains("expect")) return std::nullopt;
-  const std::string expected = TextOf(request, "expect");
-  const std::uint32_t point = ask.parts.front().point;
-  Value now;
-  std::string name;
-  store_.Read(ask.device, [&](const bus::DeviceRecord& record) {
-    now = record.points[point].value;
-    name = record.device->points[point].name;
-  });
-  const auto number = Decimal::Parse(expected);
-  if (ToText(now) == expected || (number && IsMeant(now, *number))) return std::nullopt;
-  return Quoted(name) + " is now " + (HasValue(now) ? ToText(now) : "without a value") + ", not " +
-         (expected.empty() ? "without a value" : expected) + "; look at the value again";
-}
-
 bool PointRequests::IsFresh(const bus::RequestId& id, Instant now, Answered answered) {
   using What = bus::RequestBook::Verdict::What;
   bus::RequestAnswer answer;
@@ -133,30 +119,19 @@ Status PointRequests::Write(const config::Config& config, const status::Json& re
   if (!id) return Error{id.error()};
   const auto device = store_.device(ask->device);
   const std::uint32_t point = ask->parts.front().point;
+  if (request.contains("expect")) ask->parts.front().expect = TextOf(request, "expect");
   ask->without_selection = IsConfirmed(request);
   ask->deadline = now + bus::kWaitForDevice;
   ask->abandoned = writer.left;
   ask->request = *id;
   if (*id && !IsFresh(**id, now, answered)) return {};
-  if (const auto why = WhyUnexpected(request, *ask)) {
-    sink_.OnNotTaken({.client = writer.name,
-                      .request = *id,
-                      .device = ask->device,
-                      .point = point,
-                      .value = ask->parts.front().value,
-                      .reason = *why});
-    const WriteResult result{WriteEnd::denied, *why};
-    status::Json denied = ToJson(result);
-    denied["needs"] = "expect";
-    Finish(*id, answered, result, denied);
-    return {};
-  }
   ask->done = [this, id = *id, answered](const WriteResult& result) {
     Finish(id, answered, result, ToJson(result));
   };
   if (const auto denial = gate_.Submit(writer, std::move(*ask), now)) {
     const bool busy = denial->why == bus::WriteDenial::Why::busy;
-    const WriteResult result{busy ? WriteEnd::busy : WriteEnd::denied, denial->text};
+    WriteResult result{busy ? WriteEnd::busy : WriteEnd::denied, denial->text};
+    result.changed = denial->why == bus::WriteDenial::Why::changed;
     status::Json denied = ToJson(result);
     if (denial->why == bus::WriteDenial::Why::not_selected) denied["needs"] = "confirm";
     if (denial->why == bus::WriteDenial::Why::read_only && device &&

@@ -43,8 +43,8 @@ class PointRequests {
   /// Starts a write. Members of `request`: `target`: LINE.DEVICE.POINT; `value` in the point's
   /// unit; `confirm` true: the point need not be selected before; `client` and `seq`: see
   /// RequestId; `expect`: the value that the person has seen (empty: none). If the point has
-  /// another value now, the write is denied. If Write returns an error (one sentence), `answered`
-  /// is not called.
+  /// another value directly before the write is sent, the write is denied. If Write returns an
+  /// error (one sentence), `answered` is not called.
   Status Write(const config::Config& config, const status::Json& request, const bus::Writer& writer,
                Instant now, Answered answered);
   /// Returns whether permission, limits and interlocks would allow a write with `confirm` now.
@@ -61,11 +61,6 @@ class PointRequests {
  private:
   /// Returns the point and the value that `request` names; the caller sets the other members.
   Result<bus::WriteAsk> AskOf(const config::Config& config, const status::Json& request) const;
-
-  /// Returns why the write is denied: the point has another value than `request` expects. Nothing:
-  /// the request expects no value, or this one.
-  std::optional<std::string> WhyUnexpected(const status::Json& request,
-                                           const bus::WriteAsk& ask) const;
 
   /// Registers `answered` for the request `id`. True if the request is new and has to be carried
   /// out; false if it is repeated and gets the answer of the first request.

@@ -346,6 +346,14 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
     if (found == words.end()) return Refused(kUsage, "'kind' must be on, off or message");
     query.state = found->meaning;
   }
+  if (request.json.contains("priority")) {
+    const auto& words = events::kEventPriorities;
+    const auto found = std::ranges::find(words, TextOf(request.json, "priority"));
+    if (found == words.end()) {
+      return Refused(kUsage, "'priority' must be high, medium, low or none");
+    }
+    query.priority = static_cast<config::AlarmPriority>(found - words.begin());
+  }
   const std::string target = TextOf(request.json, "target");
   const std::size_t dot = target.find('.');
   if (dot != std::string::npos) query.line = target.substr(0, dot);

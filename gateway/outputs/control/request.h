@@ -65,6 +65,9 @@ struct ReloadAsk {
   bool dry_run = false;
   Duration confirm{};  ///< time to confirm the reload; zero: no confirmation is needed
   std::string by;      ///< the client, e.g. "user:anna"
+  /// `applied` of the configuration that the person has seen in the status, for `confirm` and
+  /// `revert`. If another configuration is on trial now, nothing is done. Empty: any configuration.
+  std::string applied{};
 };
 
 struct ReloadAnswer {
@@ -87,10 +90,10 @@ class ReloadService {
   virtual void Reload(const ReloadAsk& ask, Answered answered) = 0;
   /// Confirms the last reload, so that it is not rolled back. Any thread may call it; `answered` is
   /// called once, on any thread.
-  virtual void Confirm(const std::string& by, Answered answered) = 0;
+  virtual void Confirm(const ReloadAsk& ask, Answered answered) = 0;
   /// Takes back a configuration on trial before its time is over. Any thread may call it;
   /// `answered` is called once, on any thread.
-  virtual void Revert(const std::string& by, Answered answered) = 0;
+  virtual void Revert(const ReloadAsk& ask, Answered answered) = 0;
 };
 
 /// The request for a trace of line `line`: after the answer, the client gets the line's records

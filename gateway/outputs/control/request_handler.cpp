@@ -196,7 +196,7 @@ Reply SetInUse(const Gateway& gateway, const Request& request, bool in_use) {
   if (!target) return Refused(kUnknown, target.error());
   const auto device = gateway.store.device(*target->device);
   if (!device) return Refused(kUnknown, "a reload has removed this device");
-  gateway.control.SetInUse(*target->device, in_use);
+  gateway.control.SetInUse(*target->device, in_use, request.client.name);
   status::Json done = Done(gateway.config->lines[target->line]);
   done["device"] = device->name;
   done["in_use"] = in_use;
@@ -330,15 +330,22 @@ Reply Reload(const Gateway& gateway, const Request& request) {
   return {};
 }
 
+ReloadAsk TrialOf(const Request& request) {
+  ReloadAsk ask;
+  ask.by = request.client.name;
+  ask.applied = TextOf(request.json, "applied");
+  return ask;
+}
+
 Reply Confirm(const Gateway& gateway, const Request& request) {
   if (gateway.reload == nullptr) return Refused(kUnavailable, kNoFile);
-  gateway.reload->Confirm(request.client.name, Answer(request));
+  gateway.reload->Confirm(TrialOf(request), Answer(request));
   return {};
 }
 
 Reply Revert(const Gateway& gateway, const Request& request) {
   if (gateway.reload == nullptr) return Refused(kUnavailable, kNoFile);
-  gateway.reload->Revert(request.client.name, Answer(request));
+  gateway.reload->Revert(TrialOf(request), Answer(request));
   return {};
 }
 
@@ -349,14 +356,21 @@ Reply Read(const Gateway& gateway, const Request& request) {
                                    request.later));
 }
 
+/// Refuses a write: the point does not exist, or the value is none of its type.
+Reply NoWrite(const Gateway& gateway, const Request& request, const std::string& why) {
+  const bool known = status::FindPoint(*gateway.config, TextOf(request.json, "target")).ok();
+  return Refused(known ? kUsage : kUnknown, why);
+}
+
 Reply Write(const Gateway& gateway, const Request& request) {
-  return Asked(gateway.points.Write(*gateway.config, request.json, request.client,
-                                    request.now.instant, request.later));
+  const Status status = gateway.points.Write(*gateway.config, request.json, request.client,
+                                             request.now.instant, request.later);
+  return status ? Reply{} : NoWrite(gateway, request, status.error());
 }
 
 Reply MayWrite(const Gateway& gateway, const Request& request) {
   const auto answer = gateway.points.MayWrite(*gateway.config, request.json, request.now.instant);
-  return answer ? Reply{OneLine(*answer)} : Refused(kUnknown, answer.error());
+  return answer ? Reply{OneLine(*answer)} : NoWrite(gateway, request, answer.error());
 }
 
 Reply Ask(const Gateway& gateway, const Request& request) {
@@ -389,7 +403,13 @@ const std::vector<Command>& Commands() {
       {"writes", audit, {{"after", whole}, {"since_ms", whole}, {"order"}}, ShowWrites, true},
       {"events",
        read,
-       {{"after", whole}, {"since_ms", whole}, {"until_ms", whole}, {"target"}, {"kind"}, {"text"}},
+       {{"after", whole},
+        {"since_ms", whole},
+        {"until_ms", whole},
+        {"target"},
+        {"kind"},
+        {"priority"},
+        {"text"}},
        ShowEvents,
        true},
       {"alarms", read, {{"after", whole}}, ShowAlarms},
@@ -415,8 +435,8 @@ const std::vector<Command>& Commands() {
       {"trace", read, {{"target"}, {"device"}}, Trace},
       {"recorded", read, {{"target"}, {"device"}}, ShowRecorded},
       {"reload", configure, {{"dry_run", flag}, {"confirm_ms", whole}}, Reload},
-      {"confirm", configure, {}, Confirm},
-      {"revert", configure, {}, Revert},
+      {"confirm", configure, {{"applied"}}, Confirm},
+      {"revert", configure, {{"applied"}}, Revert},
   };
   return commands;
 }
@@ -474,8 +494,7 @@ Status CheckShape(const Command& command, const status::Json& request) {
     const auto member = std::ranges::find(command.members, name, &Member::name);
     if (member == command.members.end()) {
       return Error{Quoted(name) + " is not a member of " + Quoted(command.name) + ";" +
-                   DidYouMean(name, names) +
-                   (names.empty() ? " the command has no members" : " members: " + Join(names))};
+                   DidYouMean(name, names) + " members: " + Join(names)};
     }
     if (Is(member->type, value)) continue;
     return Error{Quoted(name) + " of " + Quoted(command.name) + " must be " +
@@ -557,6 +576,9 @@ std::string ResultOf(const status::Json& answer) {
   }
   return result;
 }
+const std::string& WhoIs(const bus::Writer& client) {
+  return client.from.empty() ? client.name : client.user;
+}
 
 std::string DenialText(const bus::Writer& client, const Command& command) {
   return client.name + " has the role " + std::string(Name(*client.role)) + ", and '" +
@@ -591,8 +613,8 @@ Reply RequestHandler::Answer(std::string_view request, const bus::Writer& client
   if (client.role && !May(*client.role, command->act)) {
     const std::string why = DenialText(client, *command);
     if (present->info.journal != nullptr) {
-      present->info.journal->Note({"denied", client.name, {}, WhatOf(*command, json), why},
-                                  now.wall);
+      present->info.journal->Note(
+          {"denied", WhoIs(client), client.from, WhatOf(*command, json), why}, now.wall);
     }
     return Refused(kDenied, why + "; an administrator changes roles with: baudgate users add");
   }
@@ -601,9 +623,9 @@ Reply RequestHandler::Answer(std::string_view request, const bus::Writer& client
   }
   std::function<void(const status::Json&)> note = [](const status::Json&) {};
   if (present->info.journal != nullptr && IsRecorded(*command)) {
-    note = [journal = present->info.journal, who = client.name,
+    note = [journal = present->info.journal, who = WhoIs(client), from = client.from,
             what = WhatOf(*command, json)](const status::Json& answer) {
-      journal->Note({"command", who, {}, what, ResultOf(answer)}, ReadClocks().wall);
+      journal->Note({"command", who, from, what, ResultOf(answer)}, ReadClocks().wall);
     };
   }
   Reply reply = command->answer(*present, {json, client, now, [later, note](const auto& answer) {

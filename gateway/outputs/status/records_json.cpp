@@ -113,6 +113,7 @@ Json RecordJson(const events::EventRecord& record) {
   json["channel"] = record.channel;
   json["code"] = record.code;
   json["state"] = config::Name(record.state);
+  json["priority"] = events::kEventPriorities[static_cast<std::size_t>(PriorityOf(record))];
   json["text"] = record.text;
   if (record.kept) {
     json["record"] = KeptRecordJson(*record.kept);
@@ -345,6 +346,7 @@ std::string EventsCsvHead() {
                                                       "channel",
                                                       "code",
                                                       "kind",
+                                                      "priority",
                                                       "text"};
   return CsvLine(kEventHead);
 }
@@ -352,7 +354,8 @@ std::string EventsCsvHead() {
 std::string EventsCsvRow(const nlohmann::ordered_json& record) {
   std::vector<std::string> row = {FieldOf(record, "seq"), CsvTime(record, "receive_time"),
                                   CsvTime(record, "device_time")};
-  for (const char* key : {"clock_quality", "line", "device", "channel", "code", "state", "text"}) {
+  for (const char* key :
+       {"clock_quality", "line", "device", "channel", "code", "state", "priority", "text"}) {
     row.push_back(FieldOf(record, key));
   }
   return CsvLine(row);

@@ -142,6 +142,11 @@ Json DeviceJson(const bus::LineStatus& line, const bus::DeviceRecord& record,
   json["state_text"] = maintenance.empty()     ? std::string(Name(record.status.state))
                        : maintenance == "lent" ? "in maintenance: port lent"
                                                : "in maintenance: disabled";
+  json["disabled"] = nullptr;
+  if (!record.status.disabled_by.empty()) {
+    json["disabled"] = {{"by", record.status.disabled_by},
+                        {"since", TimeJson(record.status.disabled_since)}};
+  }
   json["points"] = PointsJson(record, !maintenance.empty(), view.now.instant);
   if (view.with_values) json["values"] = ValuesJson(record, view.now.instant);
   json["advice"] = diagnosis::DiagnoseDevice(line, record, devices, view.now, view.info.started);

@@ -219,10 +219,11 @@ std::string Unescaped(std::string_view text) {
 
 /// Returns a field of the request's body, which is a form or JSON; empty: there is no such field.
 std::string FieldOf(const Request& request, const std::string& name) {
-  const Json json = Json::parse(request.body, nullptr, false);
-  if (json.is_object()) {
-    const auto found = json.find(name);
-    return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+  const auto json = ParseBody(request);
+  if (!json) return {};
+  if (json->is_object()) {
+    const auto found = json->find(name);
+    return found != json->end() && found->is_string() ? found->get<std::string>() : std::string();
   }
   for (const std::string_view part : Split(request.body, '&')) {
     if (part.starts_with(name + "=")) return Unescaped(Trim(part.substr(name.size() + 1)));
@@ -269,7 +270,13 @@ void Access::SetHistory(bool kept) {
 
 std::optional<Response> Access::Refuse(const Request& request, const Now& now) {
   const auto its = web();
-  if (auto refused = Refusal(*its, request)) return refused;
+  if (auto refused = Refusal(*its, request)) {
+    if (IsAllowed(*its, request.peer)) {
+      const Json problem = Json::parse(refused->body, nullptr, false);
+      Note("denied", "unknown", request, request.path, problem.value("detail", ""), now);
+    }
+    return refused;
+  }
   if (journal_ != nullptr) journal_->NoteHost(request.client(), "web " + its->Address(), now.wall);
   const std::string_view method = IsPost(request.path) ? "POST" : "GET";
   if (request.method != method) {
@@ -287,6 +294,11 @@ Response Access::NeedsRole(const Request& request, Act act) const {
                                        : " is not logged in as a user";
   const std::string why =
       who + has + "; " + request.path + " needs the role " + std::string(Name(NeededFor(act)));
+  return Denied(request, why);
+}
+
+/// Refuses an act, and records the refusal.
+Response Access::Denied(const Request& request, const std::string& why) const {
   Note("denied", request.user, request, request.path, why, ReadClocks());
   return Problem(403, why);
 }
@@ -367,8 +379,8 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
   const auto its = web();
   if (MayOperate(request, its->acknowledge)) return std::nullopt;
   if (request.role && !May(*request.role, Act::operate)) return NeedsRole(request, Act::operate);
-  return Problem(
-      403,
+  return Denied(
+      request,
       its->acknowledge || request.role
           ? "alarms can be acknowledged only over TLS (web.certificate, or a proxy in "
             "web.proxies), "
@@ -379,10 +391,9 @@ std::optional<Response> Access::MayNotAcknowledge(const Request& request) const 
 std::optional<Response> Access::MayNot(const Request& request, Act act) const {
   if (MayDo(request, act)) return std::nullopt;
   if (!request.role || !May(*request.role, act)) return NeedsRole(request, act);
-  return Problem(403,
-                 request.path +
-                     " is possible only over TLS (web.certificate, or a proxy in web.proxies), or "
-                     "from the gateway's machine");
+  return Denied(request, request.path +
+                             " is possible only over TLS (web.certificate, or a proxy in "
+                             "web.proxies), or from the gateway's machine");
 }
 
 /// True if the request comes from a user with the role for this act, and nobody can read it.

@@ -102,6 +102,7 @@ class Access {
   std::shared_ptr<const config::Web> web() const;
   std::optional<Response> NeedsLogin(const Request& request, const Now& now);
   Response NeedsRole(const Request& request, Act act) const;
+  Response Denied(const Request& request, const std::string& why) const;
   Response Session(const Request& request);
   Response Sessions(const Request& request, const Now& now);
   Response EndSession(const Request& request, const Now& now);

@@ -23,6 +23,10 @@ namespace {
 using status::Json;
 
 constexpr std::string_view kError = "{\"error\":\"";
+/// The beginning of the answer to an operation that was not carried out, and its `exit` if the
+/// state of the gateway forbids the operation.
+constexpr std::string_view kNotDone = "{\"ok\":false";
+constexpr int kNotPossible = 2;
 
 int StatusOf(const std::string& kind) {
   if (kind == "usage") return 400;
@@ -37,6 +41,11 @@ Response JsonResponse(const Json& json) {
 
 /// Converts an answer of the control socket to an HTTP answer. An error gets its HTTP status.
 Response ResponseOf(std::string answer) {
+  if (answer.starts_with(kNotDone)) {
+    const Json json = Json::parse(answer, nullptr, false);
+    const bool conflict = json.value("exit", 0) == kNotPossible;
+    return TextResponse(conflict ? 409 : 503, kJson, std::move(answer));
+  }
   if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
   const Json json = Json::parse(answer, nullptr, false);
   return Problem(StatusOf(json.value("error", "")), json.value("message", ""));
@@ -73,7 +82,10 @@ namespace {
 using status::Json;
 
 bus::Writer WriterOf(const Request& request) {
-  return {request.Origin(), 0, {}, HostNumberOf(request.client()), request.role};
+  bus::Writer writer{request.Origin(), 0, {}, HostNumberOf(request.client()), request.role};
+  writer.user = request.user.empty() ? "token" : request.user;
+  writer.from = request.client();
+  return writer;
 }
 
 Response StreamResponse(std::shared_ptr<Stream> stream) {
@@ -247,7 +259,9 @@ Response LiveApi::Metrics(const Request&, Now now) {
 }
 
 void LiveApi::Acknowledge(const Request& request, const Answered& answered) {
-  const Json body = Json::parse(request.body, nullptr, false);
+  const auto parsed = ParseBody(request);
+  if (!parsed) return answered(Problem(400, parsed.error()));
+  const Json& body = *parsed;
   if (!body.is_object() || body.size() != 1) {
     return answered(Problem(400,
                             "write {\"seq\":[412,415]} with the numbers of alarms, "
@@ -255,7 +269,7 @@ void LiveApi::Acknowledge(const Request& request, const Answered& answered) {
   }
   Json ask = body;
   ask["command"] = "ack";
-  Ask(ask, {request.Origin()}, answered);
+  Ask(ask, WriterOf(request), answered);
 }
 
 void LiveApi::Ask(const Json& ask, const bus::Writer& writer, const Answered& answered) {
@@ -294,9 +308,17 @@ Result<Json> WriteOf(const Json& body) {
   return ask;
 }
 
-/// Converts a body with one member, e.g. {"device": "LINE.DEVICE"}.
+/// Converts a body with one member, e.g. {"device": "LINE.DEVICE"}. The body of an operation about
+/// the configuration can be empty, or have the member `applied`.
 Result<Json> TargetOf(const Json& body, const std::string& member) {
-  if (member.empty()) return Json::object();
+  if (member.empty()) {
+    const bool empty = body.is_discarded() || (body.is_object() && body.empty());
+    if (empty) return Json::object();
+    const bool applied = body.is_object() && body.size() == 1 && body.contains("applied") &&
+                         body["applied"].is_string();
+    return applied ? Result<Json>(body)
+                   : Error{"write {} or {\"applied\":\"TIME\"}, the time of the status"};
+  }
   if (body.is_object() && body.size() == 1 && body.contains(member) && body[member].is_string()) {
     return Json{{"target", body[member]}};
   }
@@ -308,9 +330,10 @@ Result<Json> TargetOf(const Json& body, const std::string& member) {
 
 void LiveApi::Operate(const Operation& operation, const Request& request,
                       const Answered& answered) {
-  const Json body = Json::parse(request.body, nullptr, false);
-  auto ask =
-      operation.command == "write" ? WriteOf(body) : TargetOf(body, std::string(operation.member));
+  const auto body = ParseBody(request);
+  if (!body) return answered(Problem(400, body.error()));
+  auto ask = operation.command == "write" ? WriteOf(*body)
+                                          : TargetOf(*body, std::string(operation.member));
   if (!ask) return answered(Problem(400, ask.error()));
   (*ask)["command"] = operation.command;
   Ask(*ask, WriterOf(request), answered);
@@ -461,9 +484,14 @@ std::string PastApi::Page(const Json& ask, Now now) {
 namespace {
 
 Result<Json> EventsAsk(const Request& request) {
-  return AskOf(
-      request, "events",
-      {{"after", true}, {"since_ms", true}, {"until_ms", true}, {"target"}, {"kind"}, {"text"}});
+  return AskOf(request, "events",
+               {{"after", true},
+                {"since_ms", true},
+                {"until_ms", true},
+                {"target"},
+                {"kind"},
+                {"priority"},
+                {"text"}});
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/base/result.h"
 #include "gateway/base/role.h"
 
 namespace baudgate::web {
@@ -68,6 +70,10 @@ struct Response {
   std::shared_ptr<const void> owner{};
   std::shared_ptr<Stream> stream{};  ///< null: `body` is the answer
 };
+
+/// Parses the body of a request as JSON. An error: a member of an object occurs twice, so its
+/// reader and its author could mean different values. A body that is no JSON is discarded.
+Result<nlohmann::ordered_json> ParseBody(const Request& request);
 
 /// Takes the answer to a request. It is called once, on any thread.
 using Answered = std::function<void(Response)>;

@@ -12,7 +12,8 @@ constexpr const char* kInsert =
     "reason, took, count, settled, request_client, request_seq, request) "
     "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 constexpr const char* kUpdate =
-    "UPDATE writes SET last=?, first=?, new=?, outcome=?, reason=?, took=?, count=?, settled=? "
+    "UPDATE writes SET last=?, old=?, first=?, new=?, outcome=?, reason=?, took=?, count=?, "
+    "settled=? "
     "WHERE seq=?";
 constexpr const char* kOrphans =
     "SELECT seq, line, device, kind='point' AND outcome IS NULL FROM writes WHERE settled IS NULL "
@@ -148,13 +149,13 @@ bool WriteTable::Insert(Draft& draft) {
 
 bool WriteTable::Update(const Draft& draft) {
   const WriteRecord& record = draft.record;
-  update_.BindAll(record.last, record.first, record.value);
-  if (record.end) update_.Bind(4, Name(*record.end));
-  update_.Bind(5, record.reason);
-  update_.Bind(6, record.took / 1us);
-  update_.Bind(7, static_cast<std::int64_t>(record.count));
-  if (record.settled) update_.Bind(8, *record.settled);
-  update_.Bind(9, record.seq);
+  update_.BindAll(record.last, record.before, record.first, record.value);
+  if (record.end) update_.Bind(5, Name(*record.end));
+  update_.Bind(6, record.reason);
+  update_.Bind(7, record.took / 1us);
+  update_.Bind(8, static_cast<std::int64_t>(record.count));
+  if (record.settled) update_.Bind(9, *record.settled);
+  update_.Bind(10, record.seq);
   return update_.Run();
 }
 

@@ -38,6 +38,7 @@ void AuditBook::End(Ticket ticket, const Ending& ending) {
   entry.record.end = ending.end;
   entry.record.reason = Clipped(ending.reason);
   entry.record.took = ending.took;
+  if (ending.before) entry.record.before = *ending.before;
 }
 
 void AuditBook::Change(Ticket ticket, const WriteRecord& record, bool last) {

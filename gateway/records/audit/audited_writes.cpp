@@ -94,15 +94,17 @@ bool AuditedWrites::Submit(bus::WriteCommand command) {
     waiting.has_room = waiting.has_room && ticket;
     if (ticket) waiting.last = *ticket;
   }
-  command.observers.push_back(
-      [this, tickets = std::move(tickets), began = now.instant](const WriteResult& result) {
-        const Duration took = clocks_().instant - began;
-        for (std::size_t i = 0; i < tickets.size(); ++i) {
-          if (tickets[i] == 0) continue;
-          const WriteResult one = ResultOf(result, i);
-          log_.End(tickets[i], {one.end, one.reason, took});
-        }
-      });
+  command.observers.push_back([this, tickets = std::move(tickets), began = now.instant](
+                                  const bus::WriteCommand& ended, const WriteResult& result) {
+    const Duration took = clocks_().instant - began;
+    for (std::size_t i = 0; i < tickets.size(); ++i) {
+      if (tickets[i] == 0) continue;
+      const WriteResult one = ResultOf(result, i);
+      Ending ending{one.end, one.reason, took};
+      if (i < ended.before.size()) ending.before = ended.before[i];
+      log_.End(tickets[i], ending);
+    }
+  });
   waiting.command = std::move(command);
   waiting_.Put(std::move(waiting));
   worker_.Wake();

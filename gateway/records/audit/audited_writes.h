@@ -81,6 +81,8 @@ struct Ending {
   WriteEnd end = WriteEnd::unknown;
   std::string reason{};
   Duration took{};
+  /// Replaces WriteRecord::before. Empty: that value stays.
+  std::optional<Value> before{};
 };
 
 struct Draft {

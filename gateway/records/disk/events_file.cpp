@@ -124,6 +124,9 @@ CREATE TABLE past (
   quality INTEGER
 );
 CREATE INDEX past_point ON past (point, time, seq);
+)sql",
+                                                                 R"sql(
+ALTER TABLE events ADD COLUMN priority TEXT NOT NULL DEFAULT 'none';
 )sql"};
 
 constexpr DatabaseKind kEvents = {kEventsApplication, kMigrations,

@@ -73,7 +73,7 @@ namespace {
 
 constexpr const char* kInsertEvent =
     "INSERT INTO events (seq, receive_time, device_time, clock_quality, line, device, channel, "
-    "code, state, text) VALUES (?,?,?,?,?,?,?,?,?,?)";
+    "code, state, text, priority) VALUES (?,?,?,?,?,?,?,?,?,?,?)";
 constexpr const char* kSaid =
     "INSERT INTO event_sources (line, device, said) VALUES (?,?,?) ON CONFLICT (line, device) DO "
     "UPDATE SET said=excluded.said";
@@ -212,7 +212,7 @@ bool EventTable::Insert(const Batch& batch) {
     insert_.BindAll(event.seq, event.received, event.device_time,
                     std::int64_t{static_cast<std::uint16_t>(event.clock)}, event.line, event.device,
                     std::int64_t{event.channel}, std::int64_t{event.code}, Name(event.state),
-                    event.text);
+                    event.text, kEventPriorities[static_cast<std::size_t>(PriorityOf(event))]);
     if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
     if (!InsertRecord(event)) return false;
   }

@@ -88,6 +88,10 @@ void MarkAlarm(const config::Device& device, EventRecord& record) {
 
 }  // namespace
 
+config::AlarmPriority PriorityOf(const EventRecord& record) {
+  return record.alarm ? record.alarm->priority : record.mark.priority;
+}
+
 void Shorten(std::string& text) {
   if (text.size() <= kLongestText) return;
   std::size_t size = kLongestText;

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -134,6 +135,13 @@ struct EventRecord {
   std::optional<KeptRecord> kept{};  ///< the values of `record`, written in the event's transaction
   std::optional<Alarm> alarm{};      ///< the alarm after this event; empty: unchanged, or no alarm
 };
+
+/// Returns the priority of the event's alarm; none: the event belongs to no alarm.
+config::AlarmPriority PriorityOf(const EventRecord& record);
+
+/// The names of priorities of events in the file and in JSON.
+inline constexpr std::array<std::string_view, config::kAlarmPriorities> kEventPriorities = {
+    "none", "low", "medium", "high"};
 
 /// The limit of EventRecord::text and Alarm::text, in bytes.
 inline constexpr std::size_t kLongestText = 128;

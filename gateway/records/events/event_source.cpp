@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::string_view kEventColumns =
     "SELECT seq, receive_time, device_time, clock_quality, line, device, channel, code, state, "
-    "text FROM events ";
+    "text, priority FROM events ";
 
 std::uint32_t CodeOf(std::int64_t number) {
   return static_cast<std::uint32_t>(
@@ -27,6 +27,13 @@ config::EventState EventStateNamed(std::string_view name) {
   return config::EventState::message;
 }
 
+config::AlarmPriority EventPriorityNamed(std::string_view name) {
+  const auto found = std::ranges::find(kEventPriorities, name);
+  return found == kEventPriorities.end()
+             ? config::AlarmPriority::none
+             : static_cast<config::AlarmPriority>(found - kEventPriorities.begin());
+}
+
 EventRecord RecordOf(const records::Statement& row) {
   EventRecord record;
   record.seq = row.Number(0);
@@ -39,6 +46,7 @@ EventRecord RecordOf(const records::Statement& row) {
   record.code = CodeOf(row.Number(7));
   record.state = EventStateNamed(row.Text(8));
   record.text = std::string(row.Text(9)).substr(0, kLongestText);
+  record.mark.priority = EventPriorityNamed(row.Text(10));
   return record;
 }
 
@@ -89,6 +97,7 @@ Result<Page> ReadPage(records::Database& database, const PageQuery& query) {
   if (query.until) sql += " AND receive_time<?5";
   if (query.state) sql += " AND state=?6";
   if (!query.text.empty()) sql += " AND instr(lower(text), ?7)>0";
+  if (query.priority) sql += " AND priority=?8";
   sql += " ORDER BY seq LIMIT " + std::to_string(kPage + 1);
   records::Statement rows(database, sql);
   rows.BindAll(query.after, query.since);
@@ -97,6 +106,9 @@ Result<Page> ReadPage(records::Database& database, const PageQuery& query) {
   if (query.until) rows.Bind(5, *query.until);
   if (query.state) rows.Bind(6, std::string(config::Name(*query.state)));
   if (!query.text.empty()) rows.Bind(7, Lower(query.text));
+  if (query.priority) {
+    rows.Bind(8, kEventPriorities[static_cast<std::size_t>(*query.priority)]);
+  }
   Page page;
   page.next = query.after;
   for (;;) {

@@ -31,6 +31,7 @@ struct PageQuery {
   std::optional<WallTime> since{};  ///< returns only events received at this time or later
   std::optional<WallTime> until{};  ///< returns only events received before this time
   std::optional<config::EventState> state{};
+  std::optional<config::AlarmPriority> priority{};  ///< none: returns only events without an alarm
   /// Returns only events with this part of a text, in upper or lower case of ASCII.
   std::string text{};
 };

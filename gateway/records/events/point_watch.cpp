@@ -173,8 +173,11 @@ EventRecord DeviceWatch::RecordOf(const config::Point& point, const config::Poin
   record.device = device_->name;
   record.code = CodeOf(CodeOfRule(event.on));
   record.state = found.state;
-  record.text =
-      point.name + " " + Harmless(ToText(value)) + (point.unit.empty() ? "" : " " + point.unit);
+  // Without `precision` and `states` the text has all digits, so that it shows why the value is
+  // beyond the limit.
+  const bool shown = point.precision || point.states;
+  record.text = point.name + " " + Harmless(shown ? ShownText(point, value) : ToText(value)) +
+                (point.unit.empty() ? "" : " " + point.unit);
   const bool change = event.on == On::change;
   if (!event.text.empty() || !change) {
     record.text += ": " + (event.text.empty() ? ConditionOf(event) : event.text);

@@ -137,6 +137,10 @@ void AddEvents(CLI::App& app, Action& action) {
   command->add_option("--from", options->from, "Begin with the event that has this number (seq)")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 62U));
   command->add_option("--device", options->device, "Show this device only: DEVICE or LINE.DEVICE");
+  command
+      ->add_option("--priority", options->priority,
+                   "Show events of alarms of this priority only; none: events without an alarm")
+      ->check(CLI::IsMember({"high", "medium", "low", "none"}));
   AddSince(*command, options->since);
   auto* json = command->add_flag("--json", options->json, "Print one JSON object per line");
   command->add_flag("--csv", options->csv, "Print CSV for spreadsheets")->excludes(json);
@@ -331,6 +335,17 @@ void AddConfirm(CLI::App& app, Action& action) {
   });
 }
 
+void AddRevert(CLI::App& app, Action& action) {
+  auto* command =
+      app.add_subcommand("revert", "Take back the configuration on trial before its time is over");
+  SetExample(*command, "baudgate revert");
+  auto options = std::make_shared<ConfirmCommand>();
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunRevert(*options, std::cout, std::cerr); };
+  });
+}
+
 void AddSupportBundle(CLI::App& app, Action& action) {
   auto* command =
       app.add_subcommand("support-bundle", "Make an archive for a bug report, without secrets");
@@ -362,6 +377,7 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddSettings(app, action);
   AddReload(app, action);
   AddConfirm(app, action);
+  AddRevert(app, action);
   AddPorts(app, action);
   AddBusCommands(app, action);
   AddInUse(app, action, "enable", "Poll a device again", true);

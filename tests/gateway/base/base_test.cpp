@@ -203,6 +203,13 @@ TEST(Shown, NumbersHaveFourDigitsOrTheGivenDecimals) {
   EXPECT_EQ(ShownNumber(999999999999999), "999999999999999");
   EXPECT_EQ(ShownNumber(12.256, 2), "12.26");
   EXPECT_EQ(ShownNumber(-0.001, 2), "0.00");
+  EXPECT_EQ(ShownNumber(0.35, 1), "0.4") << "halves are rounded in decimal, away from zero";
+  EXPECT_EQ(ShownNumber(static_cast<double>(0.35F), 1), "0.4");
+  EXPECT_EQ(ShownNumber(-0.35, 1), "-0.4");
+  EXPECT_EQ(ShownNumber(2.5, 0), "3");
+  EXPECT_EQ(ShownNumber(1.005, 2), "1.01");
+  EXPECT_EQ(ShownNumber(9.9995), "10.00");
+  EXPECT_EQ(ShownNumber(0.99995), "1.000");
   EXPECT_EQ(ShownNumber(99999999999999.5, 9), "99999999999999.500000000");
   EXPECT_EQ(ShownNumber(3.4e38, 2), "3.400e+38");
   EXPECT_EQ(ShownNumber(std::numeric_limits<double>::quiet_NaN()), "");

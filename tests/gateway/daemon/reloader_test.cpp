@@ -82,12 +82,12 @@ class ReloaderTest : public ::testing::Test {
   }
   ReloadAnswer Confirm() {
     return Answer([&](control::ReloadService::Answered answered) {
-      reloader_->Confirm("user:anna", std::move(answered));
+      reloader_->Confirm({.by = "user:anna"}, std::move(answered));
     });
   }
   ReloadAnswer Revert() {
     return Answer([&](control::ReloadService::Answered answered) {
-      reloader_->Revert("user:anna", std::move(answered));
+      reloader_->Revert({.by = "user:anna", .applied = seen_}, std::move(answered));
     });
   }
   std::string Runs() const { return running_.lines[0].name; }
@@ -104,6 +104,7 @@ class ReloaderTest : public ::testing::Test {
   std::vector<std::string> troubles_;
   std::vector<std::string> missing_;
   std::string told_;
+  std::string seen_;  // ReloadAsk::applied of Revert
   config::Config running_ = ConfigOf("a");
   std::unique_ptr<Reloader> reloader_;
 };
@@ -142,6 +143,10 @@ TEST_F(ReloaderTest, ATrialIsTakenBackOnRequest) {
   Start();
   EXPECT_FALSE(Revert().ok) << "there is no trial";
   ASSERT_TRUE(Reload("b", 60s).ok);
+  seen_ = "2026-01-01T00:00:00.000Z";
+  EXPECT_EQ(Revert().exit_code, 2) << "the person has seen another configuration";
+  EXPECT_EQ(Runs(), "b");
+  seen_ = FormatWallTime(reloader_->state().applied);
   const ReloadAnswer answer = Revert();
   EXPECT_TRUE(answer.ok);
   EXPECT_THAT(answer.text, ::testing::HasSubstr("user:anna"));

@@ -100,7 +100,7 @@ TEST_F(LineDispatcherTest, AWriteToALineThatAReloadIsAddingIsNotSent) {
   EXPECT_TRUE(Write(1));
   ASSERT_TRUE(result_);
   EXPECT_EQ(result_->end, WriteEnd::not_sent);
-  dispatcher_->SetInUse(1, true);
+  dispatcher_->SetInUse(1, true, "user:anna");
   dispatcher_->Release(1, 1s);
   EXPECT_EQ(Counted(WriteEnd::not_sent, 1), 1U);
 }

@@ -104,6 +104,8 @@ TEST(ModbusConversation, ARefusedBlockIsReadInParts) {
   Answer answer = Exchange(talk, Poll(0), "8302");
   EXPECT_EQ(answer.then, Then::replan);
   EXPECT_TRUE(answer.readings.empty()) << "which of them is to blame is not known yet";
+  EXPECT_TRUE(answer.divides);
+  EXPECT_EQ(answer.remedy, "") << "no point was refused alone";
   EXPECT_EQ(Asked(talk, Poll(0)), "03 00 00 00 01");
   EXPECT_EQ(Asked(talk, Poll(1)), "03 00 04 00 02");
   EXPECT_EQ(Exchange(talk, Poll(0), "03 02 0001").outcome, Outcome::ok);
@@ -111,6 +113,8 @@ TEST(ModbusConversation, ARefusedBlockIsReadInParts) {
   ASSERT_EQ(talk->Queries().size(), 3U);
   answer = Exchange(talk, Poll(2), "8302");
   EXPECT_EQ(answer.then, Then::replan);
+  EXPECT_FALSE(answer.divides);
+  EXPECT_NE(answer.remedy, "");
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(answer.readings[0].point, 2U);
   EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);

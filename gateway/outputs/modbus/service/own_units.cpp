@@ -104,6 +104,7 @@ ExceptionCode ExceptionOf(const bus::WriteDenial& denial) {
       return kBusy;
     case bus::WriteDenial::Why::not_selected:
     case bus::WriteDenial::Why::locked:
+    case bus::WriteDenial::Why::changed:
       break;
   }
   return kDeviceFailure;

@@ -161,12 +161,22 @@ int RunReload(const ReloadCommand& options, std::ostream& out, std::ostream& err
   return code;
 }
 
-int RunConfirm(const ConfirmCommand& options, std::ostream& out, std::ostream& err) {
+namespace {
+
+int EndTrial(const char* command, const std::string& socket, std::ostream& out, std::ostream& err) {
   Json answer;
-  if (const int code = Ask(options.socket, {{"command", "confirm"}}, answer, err); code != 0) {
-    return code;
-  }
+  if (const int code = Ask(socket, {{"command", command}}, answer, err); code != 0) return code;
   return Tell(answer, out, err);
+}
+
+}  // namespace
+
+int RunConfirm(const ConfirmCommand& options, std::ostream& out, std::ostream& err) {
+  return EndTrial("confirm", options.socket, out, err);
+}
+
+int RunRevert(const ConfirmCommand& options, std::ostream& out, std::ostream& err) {
+  return EndTrial("revert", options.socket, out, err);
 }
 
 namespace {

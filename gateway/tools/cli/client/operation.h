@@ -53,6 +53,7 @@ struct ConfirmCommand {
 
 /// Exit codes: 0 confirmed; 2 no configuration waits for confirmation; 4 as for RunReload.
 int RunConfirm(const ConfirmCommand& options, std::ostream& out, std::ostream& err);
+int RunRevert(const ConfirmCommand& options, std::ostream& out, std::ostream& err);
 
 struct ReadOptions {
   std::string target;  ///< "LINE.DEVICE" or "LINE.DEVICE.POINT"

@@ -115,16 +115,16 @@ using Json = ControlClient::Json;
 /// The names of the values 0…4 of clock_quality (docs/events.md).
 constexpr std::array<std::string_view, 5> kClocks = {"none", "gateway", "device", "minute guessed",
                                                      "out of step"};
-constexpr std::array<const char*, 10> kFields = {
-    "seq",    "receive_time", "device_time", "clock_quality", "line",
-    "device", "channel",      "code",        "state",         "text"};
+constexpr std::array<const char*, 11> kFields = {
+    "seq",     "receive_time", "device_time", "clock_quality", "line", "device",
+    "channel", "code",         "state",       "priority",      "text"};
 constexpr std::size_t kLongestLine = 110;
 constexpr std::string_view kIndent = "          ";
 
 std::vector<StreamTable::Column> EventColumns() {
-  return {{"seq", 8, true},  {"received", 24}, {"time of the device", 24},
-          {"its clock", 14}, {"device", 24},   {"chan", 4, true},
-          {"code", 5, true}, {"state", 7},     {"text"}};
+  return {{"seq", 8, true}, {"received", 24},  {"time of the device", 24}, {"its clock", 14},
+          {"device", 24},   {"chan", 4, true}, {"code", 5, true},          {"state", 7},
+          {"priority", 8},  {"text"}};
 }
 
 StreamTable::Row EventRow(const Json& record) {
@@ -138,6 +138,7 @@ StreamTable::Row EventRow(const Json& record) {
           FieldText(record, "channel"),
           FieldText(record, "code"),
           FieldText(record, "state"),
+          FieldText(record, "priority"),
           FieldText(record, "text")};
 }
 
@@ -228,7 +229,8 @@ class EventPrinter {
   void End() {
     if (any_) return;
     std::ostream& where = options_.json || options_.csv ? err_ : out_;
-    const bool all = !options_.since && options_.device.empty() && options_.from <= 1;
+    const bool all = !options_.since && options_.device.empty() && options_.priority.empty() &&
+                     options_.from <= 1;
     where << (all ? "there are no events yet\n" : "no events match\n");
   }
 
@@ -257,6 +259,7 @@ class EventPrinter {
 int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err) {
   Json request = {{"command", "events"}, {"after", options.from - 1}};
   if (!options.device.empty()) request["target"] = options.device;
+  if (!options.priority.empty()) request["priority"] = options.priority;
   if (options.since) request["since_ms"] = options.since->time_since_epoch() / 1ms;
   EventPrinter printer(options, out, err);
   const int code = ReadPages(

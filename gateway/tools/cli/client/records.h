@@ -17,8 +17,9 @@ std::string FieldText(const ControlClient::Json& record, const char* key);
 
 struct EventsOptions {
   bool follow = false;
-  std::int64_t from = 1;  ///< the number of the first event to print
-  std::string device{};   ///< DEVICE or LINE.DEVICE; empty: all devices
+  std::int64_t from = 1;   ///< the number of the first event to print
+  std::string device{};    ///< DEVICE or LINE.DEVICE; empty: all devices
+  std::string priority{};  ///< high, medium, low, none; empty: all events
   std::optional<WallTime> since{};
   bool json = false;
   bool csv = false;

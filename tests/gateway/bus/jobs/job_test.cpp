@@ -97,7 +97,9 @@ TEST_F(JobTest, ARoutedRequestWithoutWaitingClientsIsNotSent) {
 TEST_F(JobTest, AClosingRequestIsSentWhateverForbidsTheWrite) {
   WriteCommand command = Until(kStart);
   command.abandoned = std::make_shared<std::atomic<bool>>(true);
-  command.why_not = [](Instant) { return std::optional<std::string>("an interlock"); };
+  command.why_not = [](Instant) {
+    return std::optional(Withheld{WriteEnd::denied, "an interlock"});
+  };
   const auto write = Write(std::move(command));
   EXPECT_TRUE(write->WhyNotSend(kStart - 1ns));
   write->step.request.closes = true;

@@ -45,7 +45,9 @@ class Rig : private PollerListener, private RequestPort {
     command.deadline = now_.instant + 1h;
     command.done = [this](const WriteResult& result) { results.push_back(result); };
     command.abandoned = left_;
-    command.why_not = [this](Instant) { return why_not; };
+    command.why_not = [this](Instant) {
+      return why_not ? std::optional(Withheld{WriteEnd::denied, *why_not}) : std::nullopt;
+    };
     Begin(std::make_unique<WriteJob>(a(), std::move(command), now_.instant));
   }
 

@@ -332,6 +332,17 @@ TEST(InUse, ADeviceTakenOutIsNotAskedAndItsPointsAreOutOfService) {
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
 }
 
+TEST(InUse, TheStatusNamesWhoHasDisabledADevice) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.poller().SetInUse(0, false, line.now(), "user:anna");
+  EXPECT_EQ(line.StatusOf(0).disabled_by, "user:anna");
+  EXPECT_EQ(line.StatusOf(0).disabled_since, line.now().wall);
+  line.poller().SetInUse(0, true, line.now(), "user:bert");
+  EXPECT_EQ(line.StatusOf(0).disabled_by, "");
+}
+
 TEST(InUse, ADeviceTakenBackIsPolledAtOnce) {
   VirtualLine line(TwoDevices(), {&ToyProtocol()});
   line.Open();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gateway/bus/poller/poller.h"
+#include "gateway/bus/writes/write_gate.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate::bus {
@@ -153,7 +154,9 @@ TEST_F(PollerWriteEnd, AStreamOfWritesToOnePointReportsNoDifference) {
 TEST_F(PollerWriteEnd, APointForbiddenAtTheLastMomentIsNotWritten) {
   WriteCommand command = Command({{0, 1.0}, {1, 2.0}});
   command.why_not = [this](Instant) {
-    return line_.CountSent("WA1") > 0 ? std::optional<std::string>("interlock") : std::nullopt;
+    return line_.CountSent("WA1") > 0
+               ? std::optional(Withheld{.end = WriteEnd::denied, .why = "interlock"})
+               : std::nullopt;
   };
   line_.Submit(std::move(command));
   line_.RunFor(500ms);
@@ -163,6 +166,60 @@ TEST_F(PollerWriteEnd, APointForbiddenAtTheLastMomentIsNotWritten) {
   EXPECT_EQ(results_[0].written, 1U);
   EXPECT_EQ(line_.CountSent("WA1"), 1U);
   EXPECT_EQ(line_.CountSent("WA2"), 0U);
+}
+
+struct ForwardingSink final : CommandSink {
+  explicit ForwardingSink(VirtualLine& to) : line(to) {}
+  bool Submit(WriteCommand command) override {
+    command.observers.emplace_back(
+        [this](const WriteCommand& ended, const WriteResult&) { before.push_back(ended.before); });
+    return line.Submit(std::move(command));
+  }
+  VirtualLine& line;
+  std::vector<std::vector<Value>> before;
+};
+
+class TwoWriters : public PollerWriteEnd {
+ protected:
+  void SetUp() override {
+    line_.twin(0).values.Set(0, Value(5.0));
+    PollerWriteEnd::SetUp();
+    config::Line line = *line_.store().LineAt(0);
+    line.devices[0].points[0].writing.allowed = true;
+    line_.store().Reconfigure(0, std::make_shared<const config::Line>(line));
+  }
+  void WriteExpecting(double value, const std::string& expect) {
+    WriteAsk ask;
+    ask.parts = {{.point = 0, .value = value, .expect = expect}};
+    ask.deadline = line_.now().instant + 5s;
+    ask.done = [this](const WriteResult& result) { results_.push_back(result); };
+    gate_.Submit({"user:anna", 1}, std::move(ask), line_.now().instant);
+  }
+
+  ForwardingSink sink_{line_};
+  WriteGate gate_{line_.store(), sink_};
+};
+
+TEST_F(TwoWriters, ThatExpectTheSameValueWriteOnce) {
+  WriteExpecting(6, "5");
+  WriteExpecting(7, "5");
+  ASSERT_TRUE(line_.RunUntil([&] { return results_.size() == 2; }, 2s));
+  EXPECT_EQ(results_[0].end, WriteEnd::ok);
+  EXPECT_EQ(results_[1].end, WriteEnd::denied);
+  EXPECT_TRUE(results_[1].changed);
+  EXPECT_EQ(results_[1].reason, "'p1': the value has changed meanwhile to 6");
+  EXPECT_EQ(line_.CountSent("WA1"), 1U);
+  const std::vector<std::vector<Value>> before = {{5.0}, {6.0}};
+  EXPECT_EQ(sink_.before, before) << "the values of the moment when each was due";
+}
+
+TEST_F(TwoWriters, AValueThatWasNotReadBackIsNotTheExpectedOne) {
+  Say('?', {});
+  WriteExpecting(6, "5");
+  WriteExpecting(7, "5");
+  ASSERT_TRUE(line_.RunUntil([&] { return results_.size() == 2; }, 5s));
+  EXPECT_EQ(results_[1].end, WriteEnd::denied);
+  EXPECT_EQ(line_.CountSent("WA1"), 1U);
 }
 
 TEST_F(PollerWriteEnd, AReadNowIsSentAtOnce) {

@@ -213,7 +213,8 @@ TEST_F(WriteGateTest, TheInterlockIsCheckedAgainWhenTheWriteIsSent) {
   ASSERT_NE(sink_.commands.at(0).why_not, nullptr);
   EXPECT_EQ(sink_.commands[0].why_not(now_), std::nullopt);
   Show(kLocal, true);
-  EXPECT_THAT(sink_.commands[0].why_not(now_), Optional(HasSubstr("is true, but must be false")));
+  EXPECT_THAT(sink_.commands[0].why_not(now_),
+              Optional(::testing::Field(&Withheld::why, HasSubstr("is true, but must be false"))));
 }
 
 TEST_F(WriteGateTest, AnInterlockMayGuardOnlyOneValue) {

@@ -49,6 +49,15 @@ TEST_F(DiagnoseTest, PointsThatAreNotGoodAreCounted) {
       << "its polls had no chance yet";
 }
 
+TEST_F(DiagnoseTest, ADeviceTakenIntoUseIsJudgedAfterItsFirstPolls) {
+  record_.age_limits[static_cast<std::size_t>(config::Group::fast)] = {3s, 9s};
+  for (bus::PointRecord& point : record_.points) point.read_at = status::kNow.instant - 10min;
+  for (bus::PointRecord& point : record_.points) point.reported = Quality::good;
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("its polls fail")));
+  device().disabled_since = status::kNow.wall - 1s;
+  EXPECT_THAT(Say(), IsEmpty());
+}
+
 TEST_F(DiagnoseTest, AReaderIsJudgedByItsMessages) {
   device().unasked = true;
   device().last_ok = status::kNow.instant - 12s;

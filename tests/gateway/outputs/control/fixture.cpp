@@ -41,7 +41,7 @@ void FakeLines::TakeBack(std::uint32_t line) {
   status::SetOpen(store_, line, "serial");
 }
 
-void FakeLines::SetInUse(std::uint32_t device, bool in_use) {
+void FakeLines::SetInUse(std::uint32_t device, bool in_use, const std::string&) {
   Note((in_use ? "use " : "do not use ") + std::to_string(device));
 }
 

@@ -201,7 +201,7 @@ TEST_F(ServiceTest, AMemberOfAnotherTypeIsAnError) {
       {R"("may_write","target":"io.ai-1.setting","value":null)", "'value' of 'may_write' must be"},
       {R"("reload","dry_run":"yes")", "'dry_run' of 'reload' must be true or false, not"},
       {R"("reload","confirm_ms":1.5)", "'confirm_ms' of 'reload' must be a whole number, not 1.5"},
-      {R"("confirm","by":"me")", "'by' is not a member of 'confirm'; the command has no members"},
+      {R"("confirm","by":"me")", "'by' is not a member of 'confirm'; members: applied"},
       {R"("history","point":"a.b.c","after":[1])",
        "'after' of 'history' must be two whole numbers"},
       {R"("events","since_ms":"2h")", "'since_ms' of 'events' must be a whole number"},

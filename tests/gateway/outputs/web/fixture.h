@@ -34,7 +34,7 @@ class WebTest : public ::testing::Test {
     ASSERT_TRUE(opened) << opened.error();
     port_ = opened->socket.port();
     if (!token.empty()) opened->token = token;
-    LiveApi::Links links{store_, lines_, info_, commands_};
+    LiveApi::Links links{store_, lines_, info_, commands_, reload_};
     links.configuration = [] { return Result<std::string>("lines: []\n"); };
     auto server = WebServer::Start(Running(), std::move(*opened), std::move(links), limits_);
     ASSERT_TRUE(server) << server.error();
@@ -58,6 +58,7 @@ class WebTest : public ::testing::Test {
   control::FakeLines lines_{store_};
   status::GatewayInfo info_;
   bus::CommandSink* commands_ = nullptr;  // set: values can be written
+  control::ReloadService* reload_ = nullptr;
   Limits limits_;
   std::uint16_t port_ = 0;
   std::unique_ptr<WebServer> server_;

@@ -347,15 +347,17 @@ TEST_F(WebTest, EventsAreDownloadedAsATable) {
   FakeEvents events;
   info_.events = &events;
   Start();
-  Reply reply = Get("/api/v1/events.csv?kind=message&text=ABOVE");
+  Reply reply = Get("/api/v1/events.csv?kind=message&priority=none&text=ABOVE");
   EXPECT_EQ(reply.headers["content-type"], "text/csv; charset=utf-8");
   EXPECT_THAT(reply.body, ::testing::StartsWith(
                               "seq,receive_time_utc,device_time_utc,clock_quality,line,device,"
-                              "channel,code,kind,text\r\n412,"));
+                              "channel,code,kind,priority,text\r\n412,"));
   EXPECT_THAT(reply.body,
-              ::testing::HasSubstr("bay-1,feeder-1,0,0,message,current of feeder-1 is"));
+              ::testing::HasSubstr("bay-1,feeder-1,0,0,message,none,current of feeder-1 is"));
   EXPECT_EQ(events.query.state, config::EventState::message);
   EXPECT_EQ(events.query.text, "ABOVE");
+  EXPECT_EQ(events.query.priority, config::AlarmPriority::none);
+  EXPECT_EQ(Get("/api/v1/events?priority=urgent").status, 400);
   EXPECT_EQ(Get("/api/v1/events?kind=alarm").status, 400);
   Stop();
 }

@@ -61,10 +61,12 @@ class WebUsersTest : public WebTest {
     for (const audit::JournalRow& row : check.value().rows) {
       rows.push_back(row.event.kind + " " + row.event.who + " " + row.event.what + " " +
                      row.event.result);
+      if (row.event.from != "127.0.0.1") others_.push_back(rows.back());
     }
     return rows;
   }
 
+  std::vector<std::string> others_;  // rows of Journal that come from another host
   fs::path folder_;
   std::map<std::string, std::string> tokens_;
   std::unique_ptr<audit::SecurityJournal> journal_;
@@ -136,7 +138,11 @@ TEST_F(WebUsersTest, OnlyARoleThatMayWritesAPoint) {
                 .Post("/api/v1/write", R"({"point":"bay-1.feeder-1.none","value":2})", As("anna"))
                 .status,
             404);
-  EXPECT_EQ(Client().Post("/api/v1/write", "{}", As("anna")).status, 400);
+  for (const char* wrong : {"{}", R"({"point":"bay-1.feeder-1.current","value":"abc"})",
+                            R"({"point":"bay-1.feeder-1.current","value":2,"value":3})",
+                            R"({"point":"bay-1.feeder-1.current","value":2,"confirm":"yes"})"}) {
+    EXPECT_EQ(Client().Post("/api/v1/write", wrong, As("anna")).status, 400) << wrong;
+  }
 }
 
 TEST_F(WebUsersTest, OperationsNeedTheirRoleAndAreInTheJournal) {
@@ -171,10 +177,51 @@ TEST_F(WebUsersTest, OperationsNeedTheirRoleAndAreInTheJournal) {
   EXPECT_THAT(lines_.calls(), Contains("do not use 0"));
   EXPECT_THAT(lines_.calls(), Contains("take back 0"));
   const auto journal = Journal();
-  EXPECT_THAT(journal, Contains("command web:anna@127.0.0.1 disable bay-1.feeder-1 ok"));
-  EXPECT_THAT(journal, Contains("command web:otto@127.0.0.1 take_back bay-1 ok"));
-  EXPECT_THAT(journal, Contains(HasSubstr("command web:otto@127.0.0.1 revert")));
+  EXPECT_THAT(journal, Contains("command anna disable bay-1.feeder-1 ok"));
+  EXPECT_THAT(journal, Contains("command otto take_back bay-1 ok"));
+  EXPECT_THAT(journal, Contains(HasSubstr("command otto revert")));
   EXPECT_THAT(journal, Contains(HasSubstr("denied vera /api/v1/devices/disable")));
+  EXPECT_THAT(journal, Contains(HasSubstr("denied otto /api/v1/devices/disable "
+                                          "/api/v1/devices/disable is possible only over TLS")));
+  EXPECT_THAT(others_, ::testing::IsEmpty()) << "each row has the address";
+}
+
+struct FakeReloads final : control::ReloadService {
+  void Reload(const control::ReloadAsk&, Answered answered) override { answered({}); }
+  void Confirm(const control::ReloadAsk& ask, Answered answered) override {
+    seen = ask;
+    answered(answer);
+  }
+  void Revert(const control::ReloadAsk& ask, Answered answered) override { Confirm(ask, answered); }
+  control::ReloadAsk seen;
+  control::ReloadAnswer answer;
+};
+
+TEST_F(WebUsersTest, ATrialThatIsNotThereIsAConflict) {
+  FakeReloads reloads;
+  reload_ = &reloads;
+  reloads.answer.exit_code = 2;
+  Start();
+  const Reply none = Client().Post("/api/v1/reload/confirm", "{}", As("otto"));
+  EXPECT_EQ(none.status, 409);
+  EXPECT_THAT(none.body, HasSubstr("\"ok\":false"));
+  const std::string seen = R"({"applied":"2026-12-01T08:00:00.000Z"})";
+  EXPECT_EQ(Client().Post("/api/v1/reload/revert", seen, As("otto")).status, 409);
+  EXPECT_EQ(reloads.seen.applied, "2026-12-01T08:00:00.000Z");
+  EXPECT_EQ(reloads.seen.by, "web:otto@127.0.0.1");
+  EXPECT_EQ(Client().Post("/api/v1/reload/revert", R"({"applied":1})", As("otto")).status, 400);
+  reloads.answer.exit_code = 4;
+  EXPECT_EQ(Client().Post("/api/v1/reload/revert", "", As("otto")).status, 503);
+  reloads.answer.ok = true;
+  EXPECT_EQ(Client().Post("/api/v1/reload/confirm", "", As("otto")).status, 200);
+  Stop();
+}
+
+TEST_F(WebUsersTest, ARefusedPageOfAnotherSiteIsInTheJournal) {
+  Start();
+  EXPECT_EQ(Client().Post("/api/v1/write", kWrite, As("anna") + "Origin: http://evil\r\n").status,
+            403);
+  EXPECT_THAT(Journal(), Contains(HasSubstr("denied unknown /api/v1/write a page from")));
 }
 
 TEST_F(WebUsersTest, NoOperationIsPossibleWithoutUsers) {
@@ -211,6 +258,7 @@ TEST_F(WebUsersTest, AWriteIsDeniedIfTheValueIsNotTheExpectedOne) {
   const auto denied = write("5.4");
   EXPECT_EQ(denied["end"], "denied");
   EXPECT_EQ(denied["needs"], "expect");
+  EXPECT_EQ(denied["reason"], "'current': the value has changed meanwhile to 5.3");
   EXPECT_EQ(write("null")["end"], "denied");
   EXPECT_EQ(write("[5.3]")["status"], 400);
   EXPECT_EQ(write("5.3,\"expected\":5.3")["status"], 400) << "a member that does not exist";

@@ -295,12 +295,13 @@ TEST_F(EventPageTest, EventsAreReadInPages) {
 TEST_F(EventPageTest, InvalidValuesInTheFileAreReplaced) {
   ASSERT_TRUE(opened_.database->Execute(
       "INSERT INTO events VALUES (1, 9223372036854775807, 'when', -5, x'00', 'd', -1, 1e30, 'up', "
-      "'t')"));
+      "'t', 'loud')"));
   const Page page = Read({});
   ASSERT_EQ(page.records.size(), 1U);
   EXPECT_EQ(page.records[0].clock, ClockQuality::none);
   EXPECT_EQ(page.records[0].channel, 0U);
   EXPECT_EQ(page.records[0].state, config::EventState::message);
+  EXPECT_EQ(PriorityOf(page.records[0]), config::AlarmPriority::none);
 }
 
 TEST(CursorBook, ContinuesAtThePositionInTheFile) {

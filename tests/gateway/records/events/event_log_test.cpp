@@ -230,6 +230,31 @@ TEST_F(EventLogTest, TheLastMessageOfADeviceFollowsItsName) {
   EXPECT_EQ(page->records.size(), 2U);
 }
 
+TEST_F(EventLogTest, AnEventHasThePriorityOfItsAlarm) {
+  {
+    const auto log = Start(file());
+    EventRecord message;
+    message.line = "bay-1";
+    message.text = "no alarm";
+    log->queue().Tell(message);
+    message.text = message.subject = "fault";
+    message.mark = {.step = AlarmMark::Step::raise, .priority = config::AlarmPriority::high};
+    log->queue().Tell(message);
+  }
+  const auto texts = [this](config::AlarmPriority priority) {
+    std::vector<std::string> found;
+    const auto page = ReadPage(file(), {.priority = priority});
+    for (const EventRecord& record : page.value().records) {
+      EXPECT_EQ(PriorityOf(record), priority);
+      found.push_back(record.text);
+    }
+    return found;
+  };
+  EXPECT_EQ(texts(config::AlarmPriority::high), std::vector<std::string>{"fault"});
+  EXPECT_EQ(texts(config::AlarmPriority::none), std::vector<std::string>{"no alarm"});
+  EXPECT_TRUE(texts(config::AlarmPriority::low).empty());
+}
+
 EventRecord Raised(const std::string& name) {
   EventRecord record;
   record.line = "bay-1";

@@ -39,7 +39,7 @@ export function startAlarmBar(bar) {
   const since = age();
   let shown = null;
   const button = pressable('Acknowledge', () => shown, (alarm) => alarm && acknowledge([alarm.seq]));
-  const worst = h('span', {class: 'alarm-worst'}, priority, source, text, since);
+  const worst = h('span', {class: 'alarm-worst'}, priority, since, source, text);
   // A screen reader reads `spoken`, which does not contain the age, because the age changes every second.
   const spoken = h('span', {class: 'hidden', role: 'status'});
   bar.append(shape, worst, total, button, spoken);

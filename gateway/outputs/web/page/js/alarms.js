@@ -6,12 +6,11 @@ import {aged, linked, marked} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h} from './dom.js';
 import {eventsPart} from './events.js';
-import {civilSeconds, plural} from './format.js';
+import {civilSeconds, plural, who} from './format.js';
 import {sourceLink} from './links.js';
 import {acknowledge, acknowledgeLine, may, pressable} from './operate.js';
 import {Headline, Problem, section} from './parts.js';
 import {session} from './session.js';
-import {writesPart} from './writes.js';
 import {zoneName} from './zone.js';
 
 const order = {high: 0, medium: 1, low: 2};
@@ -20,11 +19,11 @@ const words = {active: 'active', acknowledged: 'active, acknowledged', returned:
 const columns = () => [
   marked('Priority', (alarm) => [unseen(alarm) ? priorityMark[alarm.priority] || 'bad' : 'off', alarm.priority]),
   linked('Source', (alarm) => [alarmSource(alarm), sourceLink(alarm)], 'name own-line'),
-  {title: 'Alarm', class: 'said', text: (alarm) => alarm.text},
-  {title: 'State', class: 'words', text: (alarm) => words[alarm.state] || alarm.state},
   {title: `Since (${zoneName()})`, class: 'time', text: (alarm) => civilSeconds(alarm.raised)},
   aged('Ago', (alarm) => Date.parse(alarm.raised), 'num'),
-  {title: 'Acknowledged by', class: 'words', text: (alarm) => alarm.acknowledged_by},
+  {title: 'Alarm', class: 'said', text: (alarm) => alarm.text},
+  {title: 'State', class: 'words', text: (alarm) => words[alarm.state] || alarm.state},
+  {title: 'Acknowledged by', class: 'words', text: (alarm) => who(alarm.acknowledged_by)},
   {title: 'Acknowledge', class: 'action no-print', make: (cell) => {
     const made = {};
     made.button = pressable('Acknowledge', () => made.seq, (seq) => acknowledge([seq]), {class: 'small'});
@@ -62,7 +61,7 @@ export function alarms(root, _, parameters) {
   const events = session.events ? eventsPart(parameters)
     : {element: h('p', {class: 'empty'}, 'This gateway records no events: add `events:` to its configuration.'), end: () => {}};
   root.append(headline.element, problem.element, section('Alarms', lines.element, table.element),
-      section('Events', events.element), may('writes') ? writesPart() : '');
+      section('Events', events.element));
   const refresh = () => allAlarms().then((list) => {
     const waiting = list.filter(unseen);
     headline.paint(waiting.some((a) => a.priority === 'high') ? 'bad' : waiting.length ? 'warn' : 'fine',

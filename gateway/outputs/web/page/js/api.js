@@ -22,7 +22,7 @@ async function request(path, options) {
   if (response.ok && body) return body;
   if (response.ok) throw new ApiError(0, 'The gateway does not answer.');
   if (response.status === 401 && path !== 'login') emit('login');
-  throw new ApiError(response.status, body?.detail || body?.title || `The gateway answered ${response.status}.`);
+  throw new ApiError(response.status, body?.detail || body?.text || body?.title || `The gateway answered ${response.status}.`);
 }
 
 /**

@@ -13,7 +13,7 @@ import {alarmsLink, lineLink, trendsLink} from './links.js';
 import {acknowledge, may, setInUse} from './operate.js';
 import {crumbs, Facts, folded, Headline, HourStrip, Problem, section, Sentences} from './parts.js';
 import {PointTable} from './point_table.js';
-import {inMaintenance} from './problems.js';
+import {disabledText, inMaintenance} from './problems.js';
 import {repeat, watchStatus} from './status.js';
 import {kindOf, matching, pointsOf, valueOf} from './store.js';
 
@@ -136,7 +136,7 @@ function actions(name) {
     const mine = alarms.filter((alarm) => `${alarm.line}.${alarm.device}` === name);
     waiting = mine.filter(unseen).map((alarm) => alarm.seq);
     list.paint(mine.filter((alarm) => !saidByAdvice.includes(alarm.name)).map((alarm) => ({kind: alarm.state === 'returned' ? 'info'
-      : priorityMark[alarm.priority], from: `Alarm, ${alarm.priority}`, text: `${alarm.text}, since ${alarm.raised}${alarm.state === 'returned' ? ', over' : ''}`})));
+      : priorityMark[alarm.priority], from: `Alarm, ${alarm.priority}`, text: `${alarm.raised}: ${alarm.text}${alarm.state === 'returned' ? ', over' : ''}`})));
     seen.hidden = !waiting.length || !may('acknowledge');
     setText(seen, waiting.length === 1 ? 'Acknowledge its alarm' : `Acknowledge its ${waiting.length} alarms`);
   }, () => {});
@@ -179,7 +179,7 @@ export function device(root, name, parameters) {
       setText(about, `${mine.protocol}, address ${mine.address}, profile ${mine.profile}`
         + (mine.unit === null ? ', not on Modbus' : `, Modbus unit ${mine.unit}`));
       advice.paint([...(mine.trouble ? [{kind: 'bad', text: mine.trouble}] : []),
-        ...deviceAdvice(status.lines[0], mine).map((text) => ({kind: resting ? 'off' : text.startsWith('note:') ? 'info' : 'warn', text}))]);
+        ...(mine.disabled ? [disabledText(mine)] : deviceAdvice(status.lines[0], mine)).map((text) => ({kind: resting ? 'off' : text.startsWith('note:') ? 'info' : 'warn', text}))]);
       acts.paint(mine);
       figures.paint(facts(mine, status.labels.device, answered, strip));
       chart.paint(mine.round_trips);

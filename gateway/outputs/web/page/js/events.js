@@ -33,6 +33,7 @@ const columns = () => [
   {title: 'Clock', text: (e) => clocks[e.clock_quality] || e.clock_quality},
   linked('Source', (e) => [[e.line, e.device].filter(Boolean).join('.') || 'gateway', sourceLink(e)]),
   {title: 'Kind', text: (e) => e.state},
+  {title: 'Priority', text: (e) => (e.priority === 'none' ? '–' : e.priority)},
   {title: 'Event', class: 'said', text: (e) => (e.channel ? `channel ${e.channel}: ` : '') + inWords(e.text)},
   {title: 'Record', make: () => ({}), paint: (made, e, cell) => {
     const signature = e.record ? `${e.seq} ${e.record.state}` : '';
@@ -44,7 +45,7 @@ const columns = () => [
 
 export function eventsPart(given) {
   const chosen = {device: given.device || '', line: given.line || '', since: given.since in spans ? given.since : '24h',
-    kind: given.kind || '', text: given.text || ''};
+    kind: given.kind || '', priority: given.priority || '', text: given.text || ''};
   const table = new DataTable({columns: columns(), key: (e) => e.seq, caption: 'Events, newest first', empty: 'No events of that kind.'});
   const problem = new Problem();
   const summary = h('p', {class: 'about', role: 'status'});
@@ -66,7 +67,7 @@ export function eventsPart(given) {
     setText(more, `Show ${count(Math.min(step, wanted.length - newest.length))} older`);
     setText(summary, `${count(wanted.length)} events${cut ? '; the page has not fetched all events: choose a shorter time' : ''}`);
   };
-  const parameters = () => ({target: chosen.device, kind: chosen.kind, text: chosen.text.trim(),
+  const parameters = () => ({target: chosen.device, kind: chosen.kind, priority: chosen.priority, text: chosen.text.trim(),
     since_ms: spans[chosen.since] ? Math.round(now() - spans[chosen.since]) : undefined});
   /** Fetches at most mostPages pages from `next` on, because a filter without a beginning may match very many events. */
   const fetchNew = async () => {
@@ -120,6 +121,7 @@ export function eventsPart(given) {
       select('Time', [['1h', 'last hour'], ['24h', 'last 24 hours'], ['7d', 'last 7 days'], ['30d', 'last 30 days'],
         ['all', 'all']], chosen.since, change('since')),
       select('Kind', [['', 'all'], ['on', 'on'], ['off', 'off'], ['message', 'message']], chosen.kind, change('kind')),
+      select('Priority', [['', 'all'], ['high', 'high'], ['medium', 'medium'], ['low', 'low'], ['none', 'no alarm']], chosen.priority, change('priority')),
       h('label', {for: 'event-text', class: 'hidden'}, 'Text of the event'), text, csv, summary);
   begin();
   return {element: h('div', {}, controls, problem.element, table.element, more), end: () => {

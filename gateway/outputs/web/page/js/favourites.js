@@ -7,10 +7,9 @@ import {deviceLink, trendsLink} from './links.js';
 import {recall, remember} from './memory.js';
 import {Headline, Problem} from './parts.js';
 import {Spark, lastHour} from './spark.js';
-import {allPoints, kindOf, limitsOf, pointsOf, resting, shownOf, valueOf} from './store.js';
+import {beyond, beyondText, describe, kindOf, limitsOf, resting, shownOf, valueOf} from './store.js';
 import {qualityMark} from './format.js';
 
-const mostDevices = 12;
 let names = recall('favourites', []).filter((n) => typeof n === 'string');
 
 export const list = () => [...names];
@@ -45,6 +44,7 @@ class Tile {
     this.value = h('strong', {class: 'tile-value'});
     this.shape = mark('fine');
     this.quality = h('span');
+    this.limit = h('span', {class: 'beyond'});
     this.since = age();
     this.spark = new Spark();
     const mine = star();
@@ -55,7 +55,7 @@ class Tile {
         point ? [h('p', {class: 'tile-line'}, this.value, h('span', {}, point.unit || '')),
           h('a', {class: 'tile-spark', href: trendsLink({points: name, range: '1h'}), 'aria-label': `Trend of ${name}`,
             hidden: !point.kept}, this.spark.element),
-          h('p', {class: 'tile-quality'}, this.shape, this.quality, this.since)] : null);
+          h('p', {class: 'tile-quality'}, this.shape, h('span', {}, this.quality, this.limit), this.since)] : null);
   }
 
   paint() {
@@ -64,7 +64,9 @@ class Tile {
     const kind = kindOf(this.point, live);
     setText(this.value, shownOf(live) || '–');
     this.value.title = String(live.value);
-    setMark(this.shape, resting(live) ? 'off' : qualityMark[kind]);
+    const passed = beyond(this.point, live);
+    setMark(this.shape, passed ? 'warn' : resting(live) ? 'off' : qualityMark[kind]);
+    setText(this.limit, beyondText(passed));
     setText(this.quality, live.text);
     setClass(this.element, `tile ${kind}`);
     setAge(this.since, live.at);
@@ -81,12 +83,7 @@ export function favourites(root) {
   const none = h('p', {class: 'empty', hidden: true}, 'No favourites: press the star beside a point.');
   let shown = new Map();
   root.append(new Headline('Favourites').element, problem.element, none, tiles);
-  // A few devices are a smaller request than all points.
-  const devices = () => [...new Set(names.map((name) => name.split('.').slice(0, 2).join('.')))];
-  const described = () => (devices().length > mostDevices ? allPoints()
-    : Promise.all(devices().map((device) => pointsOf(device).catch(() => []))).then((found) => found.flat()));
-  const build = () => described().then((points) => {
-    const byName = new Map(points.map((point) => [point.name, point]));
+  const build = () => describe(names).then((byName) => {
     const made = names.map((name) => new Tile(name, byName.get(name)));
     shown = new Map(made.filter((tile) => tile.point).map((tile) => [tile.point.id, tile]));
     tiles.replaceChildren(...made.map((tile) => tile.element));

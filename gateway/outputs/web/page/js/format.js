@@ -71,6 +71,20 @@ export function valueText(value) {
 /** A number of a chart with six significant digits. */
 export const rounded = (value) => (value === undefined || value === null ? '–' : String(Number(value.toPrecision(6))));
 
+/** A number of a point, as the gateway would show it: with its texts and decimals. `point` is undefined: not known. */
+export function pointText(point, value) {
+  if (value === undefined || value === null) return '–';
+  if (point?.states) return point.states[Number(value)] ?? String(value);
+  if (typeof value !== 'number') return String(value);
+  return point?.precision !== undefined ? value.toFixed(point.precision) : rounded(value);
+}
+
+/** A client as the gateway names it, for people: "anna at 10.0.0.7" of "web:anna@10.0.0.7". */
+export function who(client) {
+  const [, user, at] = /^web:(?:(.*)@)?(.*)$/.exec(client) || [];
+  return at ? (user ? `${user} at ${at}` : at) : client.replace(/^user:/, '');
+}
+
 /** Returns good, uncertain or bad for a quality word (docs/modbus.md). */
 export function qualityKind(quality) {
   const low = quality & 0xc0;

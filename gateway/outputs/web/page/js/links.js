@@ -11,6 +11,7 @@ export const lineLink = (line) => made(`line/${encodeURIComponent(line)}`);
 export const deviceLink = ({line, device}, point) => made(`device/${encodeURIComponent(`${line}.${device}`)}`, {point});
 export const trendsLink = (parameters) => made('trends', parameters);
 export const alarmsLink = (parameters) => made('alarms', parameters);
+export const writesLink = (parameters) => made('writes', parameters);
 export const pointsLink = (parameters) => made('points', parameters);
 
 /** The part of the system view that an alarm of the gateway itself names. */

@@ -6,6 +6,7 @@ import {h, setText} from './dom.js';
 import * as favourites from './favourites.js';
 import {showLink, showNotices} from './link_bar.js';
 import {parse} from './links.js';
+import {may} from './operate.js';
 import {startSearch} from './search.js';
 import {askSession, lockWhenIdle, logOut, session, showLogin} from './session.js';
 import {start, stop} from './stream.js';
@@ -23,6 +24,7 @@ const views = {
   alarms: ['Alarms and events', () => import('./alarms.js')],
   trends: ['Trends', () => import('./trends.js')],
   points: ['Points', () => import('./points.js')],
+  writes: ['Writes', () => import('./writes.js')],
   system: ['System', () => import('./system.js')],
 };
 const byId = (id) => document.getElementById(id);
@@ -121,7 +123,8 @@ async function begin() {
     return;
   }
   setText(byId('gateway'), session.gateway || 'baudgate');
-  setText(byId('about'), `baudgate ${session.version || ''}`);
+  setText(byId('about'), session.version ? `baudgate ${session.version}.` : '');
+  byId('views').querySelector("a[href='#/writes']").hidden = !may('writes');
   if (session.needs_token && !session.logged_in) return login();
   byId('logout').hidden = !session.needs_token;
   setText(byId('who'), session.user ? `${session.user}, ${session.role}` : '');

@@ -11,10 +11,10 @@ import {valueOf} from './store.js';
 export const may = (what) => (session.may ? session.may.includes(what) : session[what] === true);
 
 /** Sends a request that acts; the gateway's reason becomes a notice. Returns the answer, or null. */
-async function act(path, body, done) {
+export async function act(path, body, done) {
   try {
     const answer = await post(`api/v1/${path}`, body);
-    const trouble = answer.trouble || (answer.ok === false ? answer.text : '');
+    const trouble = answer?.trouble;
     if (trouble) emit('notice', trouble);
     emit('acted', done);
     return answer;
@@ -25,7 +25,7 @@ async function act(path, body, done) {
 }
 
 /** Acknowledges exactly these alarms, by their numbers. */
-export const acknowledge = (numbers) => act('alarms/ack', numbers.length === 1 ? {target: String(numbers[0])} : {seq: numbers});
+export const acknowledge = (numbers) => act('alarms/ack', {seq: numbers});
 export const acknowledgeLine = (line) => act('alarms/ack', {line});
 
 /**
@@ -75,11 +75,12 @@ export async function endLoan(line) {
   if (sure) await act('lines/release', {line});
 }
 
-export const confirmTrial = () => act('reload/confirm', {});
+/** `applied` names the configuration that the person has seen: another one is neither confirmed nor taken back. */
+export const confirmTrial = (applied) => act('reload/confirm', {applied});
 
-export async function revertTrial() {
+export async function revertTrial(applied) {
   if (await ask('Take the configuration back?', h('p', {}, 'The previous configuration is in force again at once.'), 'Take back')) {
-    await act('reload/revert', {});
+    await act('reload/revert', {applied});
   }
 }
 
@@ -117,7 +118,19 @@ function field(point, value) {
   return h('input', {id: 'new-value', type: 'number', required: true, min: point.min, max: point.max, step: 'any', value: value ?? ''});
 }
 
-const typed = (point, text) => (point.type === 'bool' ? text === '1' : point.type.startsWith('string') ? text : Number(text));
+/** An integer that a JavaScript number cannot represent is sent as text. */
+function typed(point, text) {
+  if (point.type === 'bool') return text === '1';
+  if (point.type.startsWith('string')) return text;
+  return point.type.includes('int') && !Number.isSafeInteger(Number(text)) ? text.trim() : Number(text);
+}
+
+/** The value that the person has seen. The page has a long integer exactly only as its text. */
+function seenOf(point) {
+  const live = valueOf(point.id);
+  const value = live?.value ?? null;
+  return typeof value === 'number' && point.type.includes('int') && Number.isInteger(value) && !Number.isSafeInteger(value) ? live.shown : value;
+}
 
 /** Asks for a new value, then repeats device, point, old and new value, then writes and shows the result in words. */
 export function write(point) {
@@ -133,7 +146,7 @@ export function write(point) {
         step();
       }}, title, content, result, h('p', {class: 'buttons'}, close, back, go)));
   const device = `${point.line}.${point.device}`;
-  const seen = () => valueOf(point.id)?.value ?? null;
+  const seen = () => seenOf(point);
   const limits = [['min', 'at least'], ['max', 'at most'], ['step', 'in steps of']].filter(([key]) => point[key] !== undefined)
       .map(([key, text]) => `${text} ${point[key]}`).join(', ');
   const input = field(point, point.write_only ? null : seen());
@@ -176,7 +189,7 @@ export function write(point) {
     go.disabled = true;
     const answer = await post('api/v1/write', {point: point.name, ...body}).catch((error) => ({said: error.message}));
     go.disabled = false;
-    setText(result, answer.said || (answer.needs === 'expect' ? 'The value has changed meanwhile: nothing was sent. Look at it again.'
+    setText(result, answer.said || (answer.needs === 'expect' ? `${answer.reason}. Nothing was sent: look at it again.`
       : resultText(answer)));
     result.hidden = false;
     result.className = `result ${answer.end === 'ok' ? 'fine' : 'bad'}`;

@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // The first view: one list of problems, worst first, then what is in maintenance, then the lines that work.
-import {allAlarms, priorityMark} from './alarm_bar.js';
+import {allAlarms} from './alarm_bar.js';
 import {on} from './bus.js';
 import {age, now, setAge} from './clock.js';
 import {linked} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, mark, setMark, setText} from './dom.js';
-import {civilSeconds, count, lineTrouble, plural, shareText} from './format.js';
+import {civilSeconds, count, plural, shareText} from './format.js';
 import {deviceLink, lineLink} from './links.js';
 import {acknowledge, confirmTrial, endLoan, may, pressable, revertTrial, setInUse} from './operate.js';
 import {Headline, Problem, section} from './parts.js';
 import {inMaintenance, maintenanceOf, problemsOf} from './problems.js';
 import {watchStatus} from './status.js';
 
-/** The word for a problem without an alarm. */
-const words = {bad: 'fault', new: 'fault', warn: 'warning', info: 'hint'};
+const shapes = {high: 'bad', medium: 'warn', low: 'info', hint: 'off'};
+const shapeOf = (one) => (one.over ? 'off' : shapes[one.priority]);
 
 function rank(made, one) {
-  const kind = one.over ? 'info' : one.priority ? priorityMark[one.priority] : one.kind;
-  setMark(made.shape, kind === 'new' ? 'bad' : kind);
-  setText(made.word, one.priority || words[one.kind]);
+  setMark(made.shape, shapeOf(one));
+  setText(made.word, one.priority);
 }
 
 function paintProblem(made, one) {
@@ -78,7 +77,7 @@ const maintenanceColumns = [
 
 const lineColumns = [
   linked('Line', (line) => [line.name, lineLink(line.name)]),
-  {title: 'Devices', class: 'chips', make: (cell) => {
+  {title: 'Devices that work', class: 'chips', make: (cell) => {
     const made = {list: h('span', {class: 'chip-list'}), note: h('span', {class: 'about'}), signature: ''};
     cell.append(made.list, made.note);
     return made;
@@ -89,10 +88,10 @@ const lineColumns = [
       made.list.replaceChildren(...names.map((name) => h('a', {href: deviceLink({line: line.name, device: name})}, name)));
     }
     const others = line.devices.length - line.well.length;
-    setText(made.note, line.devices.length ? (others ? `and ${count(others)} above` : '') : 'routes only');
+    setText(made.note, !line.devices.length ? 'routes only' : !others ? '' : names.length ? `and ${count(others)} above` : 'none: see above');
   }},
   {title: 'Use', class: 'num', text: (line) => line.useText},
-  {title: 'Good values', class: 'num', text: (line) => {
+  {title: 'Good values', class: 'num words', text: (line) => {
     const [good, all] = line.devices.reduce(([a, b], d) => [a + (d.points.good || 0), b + (d.points.count || 0)], [0, 0]);
     return all ? `${count(good)} of ${count(all)}` : '–';
   }},
@@ -123,7 +122,8 @@ function countdown(ms) {
 /** The trial of a configuration, with the time that is left. */
 export function trialPart() {
   const left = h('strong');
-  const buttons = [h('button', {type: 'button', onclick: confirmTrial}, 'Confirm'), h('button', {type: 'button', onclick: revertTrial}, 'Take back')];
+  let applied = '';
+  const buttons = [pressable('Confirm', () => applied, confirmTrial), pressable('Take back', () => applied, revertTrial)];
   const element = h('p', {class: 'trial', hidden: true}, mark('warn'), h('span', {}, 'This configuration is on trial. The previous one comes back in ',
       left, ' unless somebody confirms this one', may('confirm') ? '.' : ' (`baudgate confirm`).'), may('confirm') ? buttons : null);
   let until = null;
@@ -131,6 +131,7 @@ export function trialPart() {
   const timer = setInterval(tick, 500);
   return {element, end: () => clearInterval(timer), paint: (configuration) => {
     until = configuration?.confirm_until ? Date.parse(configuration.confirm_until) : null;
+    applied = configuration?.applied;
     element.hidden = until === null;
     tick();
   }};
@@ -141,11 +142,11 @@ export function overview(root) {
   const failure = new Problem();
   const trial = trialPart();
   const problems = new DataTable({columns: problemColumns, key: (one) => one.key, caption: 'Problems, worst first', empty: 'No problems.',
-    rowClass: (one) => `problem-row rank-${one.over ? 'info' : one.priority ? priorityMark[one.priority] : one.kind}`});
+    rowClass: (one) => `problem-row rank-${shapeOf(one)}`});
   const maintenance = new DataTable({columns: maintenanceColumns, key: (one) => one.key, caption: 'In maintenance'});
-  const lines = new DataTable({columns: lineColumns, key: (line) => line.name, caption: 'Lines that work', empty: 'No line works without a problem.'});
+  const lines = new DataTable({columns: lineColumns, key: (line) => line.name, caption: 'Lines', empty: 'There are no lines.'});
   const maintained = section('In maintenance', maintenance.element);
-  const working = section('Devices that work', lines.element);
+  const working = section('Lines', lines.element);
   maintained.hidden = true;
   root.append(headline.element, failure.element, trial.element, h('div', {class: 'problems'}, problems.element), maintained, working);
   let status = null;
@@ -161,10 +162,10 @@ export function overview(root) {
     const out = maintenanceOf(status);
     maintained.hidden = !out.length;
     maintenance.paint(out);
-    lines.paint(status.lines.filter((line) => line.port_state === 'open' && lineTrouble(line).shape !== 'bad').map((line) => ({...line,
+    lines.paint(status.lines.map((line) => ({...line,
       useText: shareText(line, line.use, status.uptime_ms),
       well: line.devices.filter((d) => !inMaintenance(d, line) && !marred.has(`${line.name}.${d.name}`)
-        && d.state !== 'offline' && d.state !== 'never seen')})).filter((line) => line.well.length || !line.devices.length));
+        && d.state !== 'offline' && d.state !== 'never seen')})));
   };
   const refresh = () => allAlarms().then((list) => {
     alarms = list;

@@ -2,8 +2,8 @@
 // One chart of some curves over time on a canvas: means as lines, minima to maxima as bands, limits as dashed lines, and
 // below the axis a strip for each curve with the times in which not every value was good.
 import {h, setText} from './dom.js';
-import {civil, rounded} from './format.js';
-import {doubtful, rowAt} from './series.js';
+import {civil} from './format.js';
+import {doubtful, rowAt, spread} from './series.js';
 import {calendar, offset, shownTime} from './zone.js';
 
 export const dashes = [[], [8, 3], [2, 2], [9, 3, 2, 3], [14, 4], [4, 4], [2, 5], [12, 3, 2, 3, 2, 3]];
@@ -65,6 +65,10 @@ function valueMarks(low, high, most) {
   for (let n = Math.ceil(low / step - 1e-9); n * step <= high + step * 1e-9; ++n) marks.push([n * step, (n * step).toFixed(digits)]);
   return marks;
 }
+
+/** The marks of a value axis whose values have texts: [[value, text], …]. */
+const stateMarks = (states, low, high) => Object.entries(states).map(([value, text]) => [Number(value), text])
+    .filter(([value]) => value >= low && value <= high);
 
 /** The lowest and highest value that the axis shows. Limits count while they are near the values. */
 function extent(curves, limits) {
@@ -151,7 +155,8 @@ export class Plot {
     this.font = `12px ${getComputedStyle(this.box).fontFamily}`;
     context.font = this.font;
     const bottom = height - axisHeight - curves.length * (stripHeight + 2) - 3;
-    const ticks = valueMarks(...range, Math.max(2, Math.floor((bottom - top) / 34)));
+    const states = curves.every(({point}) => point?.states) ? Object.assign({}, ...curves.map(({point}) => point.states)) : null;
+    const ticks = states ? stateMarks(states, ...range) : valueMarks(...range, Math.max(2, Math.floor((bottom - top) / 34)));
     const left = Math.ceil(Math.max(36, ...ticks.map(([, text]) => context.measureText(text).width)) + 12);
     this.area = {left, right: width - right, top, bottom, width: width - right - left, height: bottom - top};
     this.grid(context, ticks);
@@ -161,6 +166,7 @@ export class Plot {
     context.clip();
     for (const curve of curves) this.draw(context, curve);
     context.restore();
+    this.limitTexts(context);
     this.strips(context);
     this.flags(context);
     this.paintCursor();
@@ -212,8 +218,23 @@ export class Plot {
       context.lineTo(end, y);
       context.stroke();
       context.setLineDash([]);
+    }
+  }
+
+  /** The texts of the limits, over the curves, with a ground that keeps them readable. */
+  limitTexts(context) {
+    context.textAlign = 'left';
+    context.textBaseline = 'bottom';
+    for (const {value, text} of this.limits) {
+      const y = this.y(value);
+      if (y < this.area.top || y > this.area.bottom) continue;
+      const x = this.area.left + 4;
+      context.fillStyle = colour('--panel');
+      context.globalAlpha = 0.75;
+      context.fillRect(x - 2, y - 15, context.measureText(text).width + 4, 14);
+      context.globalAlpha = 1;
       context.fillStyle = colour('--soft');
-      context.fillText(text, left + 4, y - 1);
+      context.fillText(text, x, y - 1);
     }
   }
 
@@ -362,9 +383,8 @@ export class Plot {
     const near = (this.until - this.from) / this.area.width * 6;
     const marks = this.marks.filter((mark) => Math.abs(mark.time - this.cursor) < near).slice(0, this.box.clientWidth < 500 ? 1 : 4);
     this.tip.replaceChildren(h('strong', {}, civil(Math.round(this.cursor)).replace(/\.\d+$/, '')),
-        ...found.map(({number, name, series, row}) => h('div', {}, h('i', {class: `ink-${number}`}), `${name}: `,
-            h('b', {}, row ? `${rounded(row[2])} ${series.unit}` : 'no value'),
-            row && row[1] !== row[3] ? ` (${rounded(row[1])} … ${rounded(row[3])})` : '',
+        ...found.map(({number, name, series, row, point}) => h('div', {}, h('i', {class: `ink-${number}`}), `${name}: `,
+            h('b', {}, row ? `${spread(point, row)} ${series.unit}` : 'no value'),
             row && row[4] < 0.995 ? ', not always good' : '')),
         ...marks.map((mark) => h('div', {class: `flag ${mark.kind}`}, mark.text)));
     this.tip.style.left = '0';

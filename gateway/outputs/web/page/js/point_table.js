@@ -9,7 +9,7 @@ import {deviceLink, trendsLink} from './links.js';
 import {may, write} from './operate.js';
 import {session} from './session.js';
 import {Spark, lastHour} from './spark.js';
-import {beyond, kindOf, limitsOf, resting, shownOf, valueOf, writable} from './store.js';
+import {beyond, beyondText, kindOf, limitsOf, resting, shownOf, valueOf, writable} from './store.js';
 
 /**
  * Up to this number of points all rows exist, so that the points of a device can be printed. The limit for all points is
@@ -79,7 +79,6 @@ class Row {
     this.trend.href = trendsLink({points: point.name, range: '1h'});
     this.trend.title = ['Last hour', ...this.limits.map((limit) => limit.text)].join('\n');
     this.trend.setAttribute('aria-label', `Trend of ${point.name}`);
-    this.act.hidden = !writable(point) || !may('write');
     this.act.setAttribute('aria-label', `Write ${point.name}`);
     this.spark.clear();
     this.look();
@@ -106,9 +105,10 @@ class Row {
     const raw = live.value === null ? '' : `raw value ${live.value}`;
     if (this.value.title !== raw) this.value.title = raw;
     const passed = beyond(this.point, live);
-    setText(this.limit, passed ? `, ${passed.side === 'min' ? 'below' : passed.side === 'max' ? 'above' : passed.side} ${passed.value}` : '');
+    setText(this.limit, beyondText(passed));
     this.limit.title = passed?.text || '';
     if (this.quality.data !== live.text) this.quality.data = live.text;
+    this.act.hidden = !writable(this.point) || !may('write') || resting(live);
     setMark(this.shape, passed ? 'warn' : resting(live) ? 'off' : qualityMark[kind]);
     setClass(this.element, `point-row ${kind}${resting(live) ? ' resting' : ''}`);
     setAge(this.age, live.at, this.point.write_only ? '–' : 'never');

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The view of all points: filters, an order, and the lines and devices that the search finds.
+import {alarmSource, allAlarms, priorityMark} from './alarm_bar.js';
 import {get} from './api.js';
 import {on} from './bus.js';
 import {count, deviceTrouble, lineTrouble, stateWord, lineState} from './format.js';
 import {h, mark, setText} from './dom.js';
-import {deviceLink, lineLink, pointsLink, replace} from './links.js';
+import {deviceLink, lineLink, pointsLink, replace, sourceLink} from './links.js';
 import {Headline, Problem, select} from './parts.js';
 import {PointTable} from './point_table.js';
 import {wish} from './search.js';
@@ -26,7 +27,7 @@ export function points(root, _, parameters) {
   const headline = new Headline('Points');
   const problem = new Problem();
   const found = h('p', {class: 'about', role: 'status'}, 'Fetching the points …');
-  const places = h('ul', {class: 'places', hidden: true, 'aria-label': 'Lines and devices found'});
+  const places = h('ul', {class: 'places', hidden: true, 'aria-label': 'Lines, devices and alarms found'});
   const table = new PointTable({full: true, label: 'Points', sorted: (key) => {
     chosen.sort = chosen.sort === key ? `-${key}` : chosen.sort === `-${key}` ? '' : key;
     change();
@@ -50,8 +51,7 @@ export function points(root, _, parameters) {
   const openFirst = () => {
     if (!wish.text || wish.text !== chosen.q.trim() || !all || !things) return;
     wish.text = '';
-    if (hits.length) location.hash = hits[0].href;
-    else if (list.length) location.hash = deviceLink(list[0], list[0].point);
+    location.hash = hits[0] && (!hits[0].last || !list.length) ? hits[0].href : list.length ? deviceLink(list[0], list[0].point) : location.hash;
   };
   const paint = () => {
     if (!all) return;
@@ -71,10 +71,10 @@ export function points(root, _, parameters) {
   const paintPlaces = () => {
     const words = wordsOf(chosen.q);
     hits = words.length && things ? things.filter(({name}) => words.every((word) => name.toLowerCase().includes(word))) : [];
-    hits = hits.sort((a, b) => a.name.length - b.name.length).slice(0, mostFound);
+    hits = hits.sort((a, b) => Boolean(a.last) - Boolean(b.last) || a.name.length - b.name.length).slice(0, mostFound);
     places.hidden = !hits.length;
     places.replaceChildren(...hits.map(({name, href, kind, state}, i) => h('li', {}, mark(kind), h('a', {href}, name), h('span', {class: 'about'}, state),
-        i ? null : h('kbd', {}, 'Enter'))));
+        i || (hits[0].last && list.length) ? null : h('kbd', {}, 'Enter'))));
   };
   const fetchAll = () => allPoints().then((answer) => {
     all = answer;
@@ -84,10 +84,12 @@ export function points(root, _, parameters) {
     options.replaceChildren(...['', ...names].map((name) => h('option', {value: name, selected: name === chosen.line}, name || 'all')));
     paint();
   }, (error) => problem.paint(error));
-  const fetchThings = () => get('status').then((status) => {
+  const fetchThings = () => Promise.all([get('status'), allAlarms().catch(() => [])]).then(([status, alarms]) => {
     things = status.lines.flatMap((one) => [{name: one.name, href: lineLink(one.name), kind: lineTrouble(one).shape, state: lineState(one)},
       ...one.devices.map((d) => ({name: `${one.name}.${d.name}`, href: deviceLink({line: one.name, device: d.name}),
         kind: deviceTrouble(d).shape, state: stateWord(d)}))]);
+    things.push(...alarms.map((alarm) => ({name: `${alarmSource(alarm)}: ${alarm.text}`, href: sourceLink(alarm), kind: priorityMark[alarm.priority],
+      state: `alarm, ${alarm.priority}`, last: true})));
     paintPlaces();
     openFirst();
   }, () => {

@@ -2,11 +2,12 @@
 // Makes one list of everything that is wrong, worst first: the gateway's sentences, and the alarms that belong to them.
 import {alarmSource, unseen} from './alarm_bar.js';
 import {now} from './clock.js';
-import {deviceAdvice, deviceTrouble, inWords, lineState, listed, plural, stateWord} from './format.js';
+import {civilSeconds, deviceAdvice, deviceTrouble, inWords, lineState, listed, plural, stateWord, who} from './format.js';
 import {deviceLink, lineLink, sourceLink} from './links.js';
 
-const priorities = ['high', 'medium', 'low'];
-const ofKind = {bad: 1, new: 1, warn: 2, info: 3};
+/** One scale for alarms and for problems without an alarm. */
+const priorities = ['high', 'medium', 'low', 'hint'];
+const ofKind = {bad: 'medium', new: 'medium', warn: 'low', info: 'hint'};
 
 /** Splits a sentence of the gateway into the cause and the remedy. The time since when it is so is shown elsewhere. */
 export function causeAndRemedy(sentence) {
@@ -20,6 +21,9 @@ export function causeAndRemedy(sentence) {
 const time = (text) => (text ? Date.parse(text) : null);
 const isNote = (text) => text.startsWith('note:');
 const silent = (device) => device.state === 'offline' || device.state === 'never seen';
+
+/** Who has disabled a device, and since when; empty: that is not known, or the configuration has. */
+export const disabledText = ({disabled}) => (disabled ? `disabled by ${who(disabled.by)} since ${civilSeconds(disabled.since)}` : '');
 
 export const inMaintenance = (device, line) => Boolean(device.maintenance) || device.state === 'disabled' || line.port_state === 'released';
 
@@ -85,9 +89,11 @@ function ownerOf(alarm, list, status, away) {
   return alarm.point && words.includes(alarm.point) ? its : undefined;
 }
 
+/** What is over comes behind all that still is, but before hints. */
 function score(one) {
+  if (one.over) return priorities.length * 2 - 3 + priorities.indexOf(one.priority) / 10;
   const places = one.alarms.map((alarm) => priorities.indexOf(alarm.priority) * 2 + (unseen(alarm) ? 0 : 1));
-  return Math.min(...(places.length ? places : [ofKind[one.kind] * 2 + 1])) + (one.over ? 0.5 : 0);
+  return Math.min(...(places.length ? places : [priorities.indexOf(one.priority) * 2]));
 }
 
 /** Returns the problems, worst first, those of one rank newest first. */
@@ -118,8 +124,8 @@ export function problemsOf(status, alarms) {
   for (const one of list) {
     one.alarms.sort((a, b) => priorities.indexOf(a.priority) - priorities.indexOf(b.priority) || unseen(b) - unseen(a));
     const [first] = one.alarms;
+    one.priority = first?.priority || ofKind[one.kind];
     if (first) {
-      one.priority = first.priority;
       one.since ??= Date.parse(first.raised);
       one.over = one.alarms.every((alarm) => alarm.state === 'returned');
     }
@@ -135,5 +141,5 @@ export function maintenanceOf(status) {
     ? [{key: line.name, subject: `Line ${line.name}`, href: lineLink(line.name), line: line.name, until: time(line.released_until),
       text: `its port is lent${line.devices.length ? `, with ${plural(line.devices.length, 'device')}` : ''}`}]
     : line.devices.filter((d) => inMaintenance(d, line)).map((d) => ({key: `${line.name}.${d.name}`, subject: `${line.name}.${d.name}`,
-      href: deviceLink({line: line.name, device: d.name}), device: `${line.name}.${d.name}`, text: d.advice[0] || 'disabled'}))));
+      href: deviceLink({line: line.name, device: d.name}), device: `${line.name}.${d.name}`, text: disabledText(d) || d.advice[0] || 'disabled'}))));
 }

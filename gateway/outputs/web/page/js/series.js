@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Past values: fetches and summarises them.
 import {address, get} from './api.js';
+import {pointText} from './format.js';
 import {recordedSeries} from './recorder.js';
 import {session} from './session.js';
 
@@ -58,4 +59,11 @@ export function rowAt(series, time) {
   }
   const row = rows[low - 1];
   return row && time - row[0] <= 1.5 * series.step_ms ? row : null;
+}
+
+/** The value in a step of a chart. A mean of values with texts has no meaning: the step has its smallest and greatest value. */
+export function spread(point, [, min, mean, max]) {
+  if (min === max) return pointText(point, mean);
+  const ends = `${pointText(point, min)} … ${pointText(point, max)}`;
+  return point?.states ? ends : `${pointText(point, mean)} (${ends})`;
 }

@@ -103,6 +103,19 @@ export const limitsOf = (point) => (!point ? [] : [
   ...['min', 'max'].filter((key) => typeof point[key] === 'number').map((key) => ({value: point[key], side: key, text: `${key} ${point[key]}`})),
 ]);
 
+/** How a passed limit is written beside a quality. */
+export const beyondText = (passed) => (passed ? `, ${{min: 'below', max: 'above'}[passed.side] || passed.side} ${passed.value}` : '');
+
+const mostDevices = 12;
+
+/** Returns the descriptions of points by their names. A few devices are a smaller request than all points. */
+export async function describe(names) {
+  const devices = [...new Set(names.map((name) => name.split('.').slice(0, 2).join('.')))];
+  const found = devices.length > mostDevices ? await allPoints()
+    : (await Promise.all(devices.map((device) => pointsOf(device).catch(() => [])))).flat();
+  return new Map(found.map((point) => [point.name, point]));
+}
+
 export const pointsOf = (device) => get('points', {device}).then(adopt);
 
 export const wordsOf = (text) => text.toLowerCase().split(/\s+/).filter(Boolean);

@@ -2,14 +2,15 @@
 // The system view: Modbus clients and routes, DDS, records, and the running configuration.
 import {get} from './api.js';
 import {age, now, setAge} from './clock.js';
-import {aged, counted, heardAgo} from './columns.js';
+import {aged, counted, heardAgo, pressed} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, setText} from './dom.js';
 import {ageText, bytes, civilSeconds, count, inWords, named} from './format.js';
+import {act, may} from './operate.js';
 import {Facts, Headline, Problem, section, Sentences} from './parts.js';
 import {trialPart} from './overview.js';
 import {gatewayProblems} from './problems.js';
-import {watchStatus} from './status.js';
+import {repeat, watchStatus} from './status.js';
 import {zoneName} from './zone.js';
 
 const last = aged('Last', heardAgo);
@@ -75,6 +76,24 @@ function ddsFacts(dds) {
   ];
 }
 
+/** Who is logged in, for the roles that may see it. */
+function sessionsPart() {
+  const problem = new Problem();
+  const table = new DataTable({caption: 'Sessions', key: (s) => s.id, empty: 'Nobody is logged in.', columns: [
+    {title: 'User', class: 'name', text: (s) => s.user || 'token'},
+    {title: 'Role', text: (s) => s.role || '–'},
+    {title: 'From', text: (s) => s.from},
+    {title: `Since (${zoneName()})`, class: 'time', text: (s) => civilSeconds(s.since)},
+    aged('Last request', (s) => Date.parse(s.last)),
+    ...(may('end_sessions') ? [pressed('End', 'End', (id) => act('sessions/end', {id}), (s) => ({value: s.id, label: `End the session of ${s.user || 'the token'}`}))] : []),
+  ]});
+  const end = repeat(() => get('sessions'), ({sessions}) => {
+    problem.paint(null);
+    table.paint(sessions);
+  }, (error) => problem.paint(error), 10e3);
+  return {element: section('Sessions', problem.element, table.element), end};
+}
+
 function configurationPart() {
   const figures = new Facts();
   const text = h('pre', {tabindex: '0', role: 'region', 'aria-label': 'Text of the configuration'});
@@ -126,12 +145,12 @@ export function system(root, _, {at}) {
   const masters = new DataTable({columns: masterColumns, key: (m) => m.port, caption: 'Serial masters',
     empty: 'There are no serial masters.'});
   const configuration = configurationPart();
+  const sessions = may('sessions') ? sessionsPart() : null;
   const ddsPart = section('DDS', dds.element);
   const keptPart = section('Records on the disk', kept.element);
   root.append(headline.element, problem.element, advice.element, figures.element, section('Modbus clients', clients.element),
       routesPart, section('Serial masters', masters.element),
-      h('div', {class: 'side-by-side'}, ddsPart, keptPart),
-      configuration.element);
+      h('div', {class: 'side-by-side'}, ddsPart, keptPart), sessions?.element || '', configuration.element);
   let sought = {routes: routesPart, masters: masters.element, records: keptPart, dds: ddsPart, configuration: configuration.element}[at];
   const end = watchStatus('', (status) => {
     const heard = now();
@@ -158,6 +177,7 @@ export function system(root, _, {at}) {
   }, (error) => problem.paint(error));
   return () => {
     configuration.end();
+    sessions?.end();
     end();
   };
 }

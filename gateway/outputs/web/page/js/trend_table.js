@@ -3,17 +3,19 @@
 import {linked, pressed} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, setText, svg} from './dom.js';
-import {civilSeconds, rounded} from './format.js';
+import {civilSeconds, pointText} from './format.js';
 import {deviceLink} from './links.js';
 import {dashes} from './plot.js';
 import * as picked from './picked.js';
-import {rowAt, summary} from './series.js';
+import {rowAt, spread, summary} from './series.js';
 
 /** A piece of a curve's line, as the chart draws it. */
 export function sample(number) {
   const line = svg('path', {d: 'M0 4h28', 'stroke-dasharray': (dashes[number] || []).join(' ')});
   return svg('svg', {'viewBox': '0 0 28 8', 'aria-hidden': 'true', class: `sample series-${number}`}, line);
 }
+
+const lastText = (point, row) => (!row ? '–' : point?.states ? spread(point, row) : pointText(point, row[2]));
 
 export function trendTable() {
   let time = null;
@@ -31,12 +33,12 @@ export function trendTable() {
     {title: 'At the cursor', class: 'num', text: (one) => {
       const row = time === null ? null : rowAt(one.series, time);
       if (!row) return '–';
-      return row[1] === row[3] ? rounded(row[2]) : `${rounded(row[2])} (${rounded(row[1])} … ${rounded(row[3])})`;
+      return spread(one.point, row);
     }},
-    {title: 'Minimum', class: 'num', text: (one) => rounded(one.sum?.min)},
-    {title: 'Mean', class: 'num', text: (one) => rounded(one.sum?.mean)},
-    {title: 'Maximum', class: 'num', text: (one) => rounded(one.sum?.max)},
-    {title: 'Last', class: 'num', text: (one) => rounded(one.sum?.last)},
+    {title: 'Minimum', class: 'num', text: (one) => pointText(one.point, one.sum?.min)},
+    {title: 'Mean', class: 'num', text: (one) => (one.point?.states ? '–' : pointText(one.point, one.sum?.mean))},
+    {title: 'Maximum', class: 'num', text: (one) => pointText(one.point, one.sum?.max)},
+    {title: 'Last', class: 'num', text: (one) => lastText(one.point, one.series.rows.at(-1))},
     {title: 'Remark', class: 'remark', text: (one) => one.failure || ''},
     pressed('Remove', 'Remove', picked.toggle, (one) => ({value: one.series.point, label: `Remove ${one.series.point}`})),
   ];

@@ -14,7 +14,7 @@ import {pointPicker} from './point_picker.js';
 import {csvLink, fetchSeries} from './series.js';
 import {session} from './session.js';
 import {repeat} from './status.js';
-import {limitsOf, pointsOf} from './store.js';
+import {describe, limitsOf} from './store.js';
 import {sample, trendTable} from './trend_table.js';
 import {calendar, momentOf, shownTime, zoneName} from './zone.js';
 
@@ -80,9 +80,11 @@ class Span {
 const deviceOf = (point) => point.split('.').slice(0, 2).join('.');
 const devicesOf = (names) => [...new Set(names.map(deviceOf))];
 
+/** The events that an alarm is acknowledged, is over with its configuration, or has another priority. */
+const aboutAlarms = [1000016, 1000017, 1000024];
+
 /** The events of a device, as marks of a chart. The mark of an event that has raised an alarm has the alarm's priority. */
 async function fetchMarks(device, from, until) {
-  const alarms = new Map((await get('alarms', {})).records.map(({seq, priority}) => [seq, priority]));
   const records = [];
   for (let after = 0, pages = 0; pages < mostPages; ++pages) {
     const page = await get('events', {target: device, after, since_ms: Math.round(from)});
@@ -90,8 +92,8 @@ async function fetchMarks(device, from, until) {
     if (!page.more) break;
     after = page.next;
   }
-  return records.map((event) => ({device, time: Date.parse(event.device_time), kind: kinds[alarms.get(event.seq)] || 'event',
-    text: event.text})).filter(({time}) => time >= from && time <= until);
+  return records.map((event) => ({device, time: Date.parse(event.device_time), kind: (event.state !== 'off'
+    && !aboutAlarms.includes(event.code) && kinds[event.priority]) || 'event', text: event.text})).filter(({time}) => time >= from && time <= until);
 }
 
 /** Named sets of points, stored in this browser; the address has the name as well, so a link shows the same. */
@@ -258,7 +260,7 @@ export function trends(root, _, given) {
     }
     fit();
     for (const [key, ones] of panels) {
-      const curves = ones.map(({number, series}) => ({number, series, name: series.point}));
+      const curves = ones.map(({number, series}) => ({number, series, name: series.point, point: described.get(series.point)}));
       const devices = new Set(ones.map(({series}) => deviceOf(series.point)));
       plots.get(key).show({curves, from: begin, until: stop, marks: marks.filter((mark) => devices.has(mark.device)),
         limits: limitsFor(ones), title: [ones[0].series.unit || 'without a unit', ...curves.map(({number, name}) =>
@@ -276,9 +278,8 @@ export function trends(root, _, given) {
     const window = span.now();
     paintControls(window);
     const pixels = Math.min(mostPixels, Math.max(100, charts.clientWidth - 60));
-    const missing = devicesOf(names.filter((name) => !described.has(name)));
-    await Promise.all(missing.map((device) => pointsOf(device).then((points) => points.forEach((point) =>
-      described.set(point.name, point)), () => {})));
+    const missing = names.filter((name) => !described.has(name));
+    if (missing.length) described = new Map([...described, ...await describe(missing).catch(() => [])]);
     if (withMarks.checked && session.events && Date.now() - marksAt > marksPeriod) {
       marksAt = Date.now();
       marks = (await Promise.all(devicesOf(names).map((device) => fetchMarks(device, ...window).catch(() => [])))).flat();
@@ -286,7 +287,7 @@ export function trends(root, _, given) {
       marks = [];
     }
     const found = await Promise.all(names.map((name, number) => fetchSeries(name, ...window, pixels).then(
-        (series) => ({number, series}),
+        (series) => ({number, series, point: described.get(name)}),
         (error) => ({number, series: {point: name, unit: '', step_ms: 1, rows: []}, failure: error.message}))));
     if (mine !== round) return;
     list = found;
