@@ -279,6 +279,7 @@ void Client::Step(Instant until) {
 /// Carries out what the callbacks have noted: a callback must not destroy its own client.
 void Client::Look(Instant now) {
   if (!its_) return;
+  if (!ended_ && mosquitto_socket(its_.get()) < 0) ended_ = Explain(0);
   if (ended_) return Lose(*std::exchange(ended_, std::nullopt));
   if (phase_ == Phase::connecting && accepted_) {
     phase_ = Phase::connected;

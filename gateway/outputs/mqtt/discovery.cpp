@@ -95,7 +95,7 @@ std::optional<Entity> EntityOf(const config::Mqtt& settings, const Topics& topic
   const bool is_bool = point.type == config::Type::boolean;
   Json json;
   json["name"] = point.description->empty() ? point.name : *point.description;
-  json["unique_id"] = "baudgate--" + gateway + "--" + device.name + "--" + point.name;
+  json["unique_id"] = EntityId(gateway) + device.name + "--" + point.name;
   json["object_id"] = gateway + "_" + device.name + "_" + point.name;
   Json available = Json::array();
   available.push_back({{"topic", topics.Own("status")}});
@@ -120,7 +120,7 @@ std::optional<Entity> EntityOf(const config::Mqtt& settings, const Topics& topic
   if (component == "switch" || component == "number") json["command_topic"] = topic + "/set";
   if (component == "number") AddLimits(point, json);
   if (IsNumber(point) && component != "button") AddUnit(point, component == "sensor", json);
-  json["device"] = {{"identifiers", {"baudgate--" + gateway + "--" + device.name}},
+  json["device"] = {{"identifiers", {EntityId(gateway) + device.name}},
                     {"name", device.name},
                     {"model", device.profile.empty() ? device.protocol : device.profile}};
   json["origin"] = {{"name", "baudgate"}, {"sw_version", kVersion}};
@@ -128,6 +128,10 @@ std::optional<Entity> EntityOf(const config::Mqtt& settings, const Topics& topic
                     "--" + point.name + "/config",
                 json.dump(-1, ' ', false, Json::error_handler_t::replace)};
 }
+
+bool IsEntityTopic(const std::string& topic) { return topic.starts_with(kRoot); }
+
+std::string EntityId(const std::string& gateway) { return "baudgate--" + gateway + "--"; }
 
 std::string EntityFilter(const std::string& gateway) {
   return std::string(kRoot) + "+/" + gateway + "/+/config";

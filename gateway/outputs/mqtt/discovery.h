@@ -30,5 +30,8 @@ std::optional<Entity> EntityOf(const config::Mqtt& settings, const Topics& topic
 
 /// Returns the filter of the topics of all entities of the gateway.
 std::string EntityFilter(const std::string& gateway);
+bool IsEntityTopic(const std::string& topic);
+/// Returns the begin of the ids of all entities of the gateway, which is in each of their messages.
+std::string EntityId(const std::string& gateway);
 
 }  // namespace baudgate::mqtt

@@ -120,6 +120,9 @@ std::optional<outputs::Output::Json> MqttOutput::Section(const Wish& /*wish*/) c
                                              {"gaps", stored.gaps}}
                                       : Json(nullptr);
   Json& advice = json["advice"] = Json::array();
+  if (session_->is_blocked()) {
+    advice.push_back("the name service has not found the broker " + state.broker + " yet");
+  }
   const bool is_connected = state.phase == Client::Phase::connected;
   for (const std::string& text :
        {state.trouble, state.refused, state.events_note, is_connected ? stored.trouble : "",

@@ -187,7 +187,11 @@ void Session::Tidy(const Message& message) {
   }
   const auto at = Find(message.topic);
   if (at && live_.Has(at->device, at->point)) return;
-  if (entities_.contains(TopicHash(message.topic))) return;
+  if (IsEntityTopic(message.topic)) {
+    // Other programs may use the name of the gateway below homeassistant/ as well.
+    const bool is_own = message.payload.find(EntityId(config_->name)) != std::string::npos;
+    if (!is_own || entities_.contains(TopicHash(message.topic))) return;
+  }
   client_.Publish(message.topic, "", 1, true, Noting(message.topic));
 }
 
@@ -425,6 +429,7 @@ void Session::Farewell() {
 }
 
 void Session::Show() {
+  if (node_) shown_.messages = node_->values();
   shown_.phase = client_.phase();
   shown_.broker = client_.broker().Address();
   shown_.trouble = client_.trouble();

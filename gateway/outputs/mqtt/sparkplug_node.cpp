@@ -125,6 +125,7 @@ void SparkplugNode::BirthDevice(std::uint32_t device, Now now, bool anyway) {
     return true;
   });
   if (birth.metrics.empty()) return;
+  values_ += birth.metrics.size();
   Publish(Topic("DBIRTH", name), std::move(birth));
   devices_[device] = DeviceState::born;
   names_[device] = name;
@@ -139,6 +140,7 @@ void SparkplugNode::KillDevice(std::uint32_t device) {
 void SparkplugNode::Flush(std::uint32_t device, std::vector<Metric> metrics, Now now) {
   if (IsOffline(device)) return KillDevice(device);
   if (devices_[device] != DeviceState::born) return BirthDevice(device, now);
+  values_ += metrics.size();
   Publish(Topic("DDATA", names_[device]), {0, std::move(metrics), std::nullopt});
 }
 

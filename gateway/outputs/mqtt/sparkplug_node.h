@@ -49,6 +49,8 @@ class SparkplugNode {
   /// Makes all births due again, because the points have changed.
   void Rebirth();
   void SendStored(const outlet::Portion& portion, std::function<void(outlet::Answer)> done);
+  /// The number of values that were published, without stored ones.
+  std::uint64_t values() const { return values_; }
   /// Publishes NDEATH, for an end that is no loss.
   void Farewell();
 
@@ -77,6 +79,7 @@ class SparkplugNode {
   const Write write_;
   std::uint8_t bd_seq_ = 255;  // the first connection has 0
   std::uint8_t seq_ = 0;
+  std::uint64_t values_ = 0;
   bool born_ = false;
   std::uint32_t next_birth_ = 0;
   bool host_online_ = false;

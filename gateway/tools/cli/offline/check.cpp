@@ -155,6 +155,7 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   }
   out << "dds " << Describe(config.dds, records::KeepsEvents(config)) << '\n';
   if (!security.empty()) out << "  security   " << security << '\n';
+  PrintMqtt(config, out);
   PrintWeb(config, out);
   if (records::NeedsState(config, catalog)) {
     out << "state " << StateFolderOf(records::StatePlaces::Here(config.state), config.name).string()

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "gateway/base/secret_file.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/outputs/users/user_file.h"
@@ -218,10 +219,30 @@ void CheckSecurityFiles(const config::Config& config, WallTime now,
     const auto token = web::ReadToken(web.token_file);
     add(web.token_mark, "file", token ? std::string() : token.error());
   }
+  if (config.mqtt.on && !config.mqtt.password_file.empty()) {
+    const auto password = ReadSecretFile("the password file", config.mqtt.password_file);
+    add(config.mqtt.password_mark, "file", password ? std::string() : password.error());
+  }
   for (const config::TlsUse& use : config::TlsUses(config)) {
     add(use.mark, use.where.c_str(), WrongCertificate(use.files, now));
   }
   if (!config.users.file.empty()) add(config.users.mark, "file", WrongUsers(config.users.file));
+}
+
+void PrintMqtt(const config::Config& config, std::ostream& out) {
+  const config::Mqtt& mqtt = config.mqtt;
+  if (!mqtt.on) return;
+  out << "mqtt ";
+  for (std::size_t i = 0; i < mqtt.brokers.size(); ++i) {
+    out << (i == 0 ? "" : " or ") << mqtt.brokers[i].Address();
+  }
+  out << " as " << mqtt.client << ", " << config::Name(mqtt.payload) << " to ";
+  if (mqtt.payload == config::Mqtt::Payload::sparkplug) {
+    out << "the group " << mqtt.prefix;
+  } else {
+    out << mqtt.topic << " with the prefix " << mqtt.prefix;
+  }
+  out << (mqtt.commands ? "; clients of the broker may write\n" : "\n");
 }
 
 void PrintWeb(const config::Config& config, std::ostream& out) {

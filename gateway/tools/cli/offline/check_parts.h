@@ -50,6 +50,10 @@ nlohmann::ordered_json WritesJson(const config::Device& device);
 void CheckSecurityFiles(const config::Config& config, WallTime now,
                         std::vector<config::Problem>& problems);
 
+/// Prints e.g. "mqtt mqtts://broker.example:8883 as baudgate-gate-1, json to
+/// plant/gate-1/{line}/…"; nothing if MQTT is off.
+void PrintMqtt(const config::Config& config, std::ostream& out);
+
 /// Prints the address of the web server, "web http://127.0.0.1:8502/, …", and the number of metric
 /// series; prints "web off" if there is no web server.
 void PrintWeb(const config::Config& config, std::ostream& out);

@@ -249,6 +249,32 @@ TEST_F(SessionTest, EmptiesRetainedMessagesOfPointsThatAreGone) {
   EXPECT_EQ(listener.Last("baudgate/other/bay/feeder/old"), "7");
 }
 
+TEST_F(SessionTest, DescribesItsPointsToHomeAssistantAndForgetsOldOnes) {
+  ASSERT_TRUE(broker_.Start());
+  MqttListener listener(broker_.port(), "homeassistant/#");
+  const std::string old = "homeassistant/sensor/gate/feeder--old/config";
+  const std::string foreign = "homeassistant/sensor/gate/temperature/config";
+  listener.Publish(old, R"({"unique_id":"baudgate--gate--feeder--old"})", true);
+  listener.Publish(foreign, R"({"unique_id":"esp-7"})", true);
+  ASSERT_TRUE(listener.WaitFor(foreign, "esp"));
+  config_.mqtt.homeassistant = true;
+  StartSession();
+  const std::string current = "homeassistant/sensor/gate/feeder--current/config";
+  EXPECT_TRUE(listener.WaitFor(current, kCurrent));
+  EXPECT_TRUE(listener.WaitFor("homeassistant/number/gate/feeder--setting/config", "/set"));
+  EXPECT_TRUE(MqttListener::Wait([&] { return listener.Payloads(old).size() == 2; }));
+  EXPECT_EQ(listener.Last(old), "");
+  config::Config next = config_;
+  next.mqtt.values = config::Mqtt::Values::history;
+  next.history.points = {{.device = 0, .point = 0}};
+  session_->Configure(std::make_shared<const config::Config>(next));
+  EXPECT_TRUE(MqttListener::Wait([&] {
+    return listener.Payloads("homeassistant/number/gate/feeder--setting/config").size() == 1 ||
+           listener.Last("homeassistant/number/gate/feeder--setting/config").empty();
+  }));
+  EXPECT_EQ(listener.Payloads(foreign).size(), 1U);
+}
+
 TEST_F(SessionTest, CarriesOutCommandsAndRefusesRetainedOnes) {
   ASSERT_TRUE(broker_.Start());
   MqttListener listener(broker_.port(), "baudgate/gate/+/+/+/result");
