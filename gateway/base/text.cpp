@@ -305,4 +305,10 @@ std::string Lower(std::string_view text) {
   return lowered;
 }
 
+std::string InWords(std::string_view name) {
+  std::string words(name);
+  std::ranges::replace(words, '_', ' ');
+  return words;
+}
+
 }  // namespace baudgate

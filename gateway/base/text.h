@@ -95,4 +95,7 @@ std::string DidYouMean(std::string_view word, std::span<const std::string_view> 
 /// Converts ASCII letters to lower case.
 std::string Lower(std::string_view text);
 
+/// Returns a name of the program as words for people: "no reply" for "no_reply".
+std::string InWords(std::string_view name);
+
 }  // namespace baudgate

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/base/text.h"
+
 namespace baudgate::bus {
 
 namespace {
@@ -178,9 +180,9 @@ void DeviceTracker::OnTask(Member& member, Outcome outcome, const std::string& r
     ShowLine(now);
   }
   const bool degraded = member.health.state() == DeviceState::degraded;
-  const std::string_view good = degraded ? "some of its exchanges fail" : "it answers";
-  const std::string_view why = outcome == Outcome::ok ? good : Name(outcome);
-  accounts_.states.OnState(member, reason.empty() ? std::string(why) : reason);
+  const std::string good = degraded ? "some of its exchanges fail" : "it answers";
+  const std::string why = outcome == Outcome::ok ? good : InWords(Name(outcome));
+  accounts_.states.OnState(member, reason.empty() ? why : reason);
 }
 
 void DeviceTracker::CountLate(const Member& member, Duration lateness, Instant now) {

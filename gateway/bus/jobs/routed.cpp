@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include "gateway/base/text.h"
 #include "gateway/bus/jobs/line_context.h"
 #include "protocols/modbus_pdu/modbus_pdu.h"
 
@@ -108,8 +109,7 @@ void RoutedJob::End(const JobEnd& end, Instant /*now*/, EndEffects& effects) {
   const Outcome outcome = of_probe ? Outcome::no_reply : end.outcome;
   bool shared = false;
   for (RoutedRequest& request : batch_) {
-    RoutedReply reply{
-        outcome, {}, end.reason.empty() ? std::string(Name(end.outcome)) : end.reason};
+    RoutedReply reply{outcome, {}, end.reason.empty() ? InWords(Name(end.outcome)) : end.reason};
     if (outcome == Outcome::ok || outcome == Outcome::refused) reply.pdu = reply_;
     reply.sent = was_sent;
     reply.shared = std::exchange(shared, true);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "gateway/base/text.h"
 #include "gateway/bus/jobs/line_context.h"
 
 namespace baudgate::bus {
@@ -164,7 +165,7 @@ EndEffects::Write WriteJob::EndOfWrite(const JobEnd& end, Instant now) const {
   // reason.
   const protocols::DeviceTrouble& trouble = member->device->conversation->trouble();
   const bool in_trouble = points.how == WriteEnd::not_sent && trouble;
-  const std::string name = in_trouble ? trouble.text : std::string(Name(points.outcome));
+  const std::string name = in_trouble ? trouble.text : InWords(Name(points.outcome));
   const auto answer = [&](WriteEnd what, const std::string& why) {
     effects.result = {what, why.empty() && what != WriteEnd::ok ? name : why, false,
                       ok ? next_ : first_, next_};

@@ -7,6 +7,7 @@
 #include <bit>
 
 #include "gateway/base/shown.h"
+#include "gateway/base/text.h"
 #include "gateway/diagnosis/causes/diagnose.h"
 #include "gateway/diagnosis/causes/evidence.h"
 #include "gateway/diagnosis/causes/hypotheses.h"
@@ -30,9 +31,8 @@ std::string Looks(const Evidence& evidence) {
   for (std::size_t i = 0; i < kSymptoms; ++i) {
     const auto symptom = static_cast<Symptom>(i);
     if (IsAnswered(symptom) || evidence.Count(symptom) == 0) continue;
-    std::string word(Name(symptom));
-    std::ranges::replace(word, '_', ' ');
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", evidence.Count(symptom), word);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", evidence.Count(symptom),
+                        InWords(Name(symptom)));
   }
   return text;
 }
@@ -205,7 +205,7 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
   if (count < kNotableFailures || LacksOptions(record)) return {};
   const Finding& last = evidence.Last(Symptom::refusal);
   const std::string reason =
-      last.cause.empty() ? std::string(Name(record.status.last_outcome)) : Brief(last);
+      last.cause.empty() ? InWords(Name(record.status.last_outcome)) : Brief(last);
   const std::string points =
       NamesOf(record, [](const bus::QueryCount& query) { return query.refused >= kNeverAnswered; });
   const auto is_refused = [](const bus::PointRecord& point) {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "gateway/base/shown.h"
+#include "gateway/base/text.h"
 #include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/cli/client/traffic_view.h"
 #include "gateway/tools/terminal/tables.h"
@@ -118,7 +119,7 @@ std::string DeviceTable(const Json& lines, const TableView& view, Order order) {
       const bool none = Number(trips, "count") == 0;
       rows.push_back({{Text(line, "name") + "." + Text(device, "name"),
                        InMaintenance(device) ? Text(device, "maintenance") : Text(device, "state"),
-                       Text(device, "last_outcome"), MillisecondsText(device.at("age_ms")),
+                       InWords(Text(device, "last_outcome")), MillisecondsText(device.at("age_ms")),
                        ShareText(Number(device.at("outcomes"), "ok"), Number(device, "exchanges")),
                        none ? "-" : RoundTripText(trips.at("mean_us").get<double>()),
                        none ? "-" : RoundTripText(trips.at("p99_us").get<double>()),
@@ -263,7 +264,8 @@ std::string ExchangesText(const Json& of) {
   std::string text;
   for (const auto& [outcome, count] : of.at("outcomes").items()) {
     if (count.get<std::uint64_t>() == 0) continue;
-    text += fmt::format("{}{} {}", text.empty() ? ": " : ", ", outcome, count.get<std::uint64_t>());
+    text += fmt::format("{}{} {}", text.empty() ? ": " : ", ", InWords(outcome),
+                        count.get<std::uint64_t>());
   }
   return NumberText(of, "exchanges") + text;
 }
@@ -444,7 +446,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
                   Text(device, "profile").empty() ? "" : ", profile " + Text(device, "profile"));
   text += Facts(
       {{"state", Text(device, "state_text")},
-       {"last", Text(device, "last_outcome") + (reason.empty() ? "" : "; last trouble: " + reason)},
+       {"last", InWords(Text(device, "last_outcome")) + (reason.empty() ? "" : "; last trouble: " + reason)},
        {"answered",
         device.at("age_ms").is_null() ? "never" : MillisecondsText(device.at("age_ms")) + " ago"},
        {"exchanges", ExchangesText(device)},

@@ -321,7 +321,7 @@ TEST_F(JobEndTest, ARoutedRequestAnswersEachOfItsClients) {
   EXPECT_TRUE(read.replies[1].second.shared);
   const EndEffects silent = end("03 00 00 00 01", Outcome::no_reply);
   EXPECT_TRUE(silent.replies[0].second.pdu.empty());
-  EXPECT_EQ(silent.replies[0].second.reason, "no_reply");
+  EXPECT_EQ(silent.replies[0].second.reason, "no reply");
   EXPECT_FALSE(silent.polls_first) << "a read";
   EXPECT_TRUE(end("06 00 08 00 00", Outcome::no_reply).polls_first);
   const auto behind_probe = Routed({Request("06 00 08 00 00", {})}, false);

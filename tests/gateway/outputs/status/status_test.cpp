@@ -68,7 +68,7 @@ io     closed   0 %          0         0        0     0  0 of 1
 
 device          state       last      answered      ok   mean    p99  retries  missed
 bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0       0
-bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0       0
+bay-1.feeder-2  offline     no reply    12 min  10.0 %  24 ms  28 ms        0       0
 io.ai-1         never seen  none             -       -      -      -        0       0
 
 bay-1.feeder-2: offline for 12 min: not a byte comes any more. Check its power and its wire, and whether its settings were changed
@@ -87,7 +87,7 @@ bay-1  open    38 %       1100        92        0     0  1 of 2
 
 device          state       last      answered      ok   mean    p99  retries
 io.ai-1         never seen  none             -       -      -      -        0
-bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0
+bay-1.feeder-2  offline     no reply    12 min  10.0 %  24 ms  28 ms        0
 bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0
 
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory
@@ -127,7 +127,7 @@ TEST_F(StatusTest, ALineIsShownWithItsCountersAndAChart) {
   EXPECT_EQ(CutBehind("overruns 0", Shown("bay-1")), R"(bay-1: spabus on /dev/ttyUSB0, 9600 7E1
   port        open (serial /dev/ttyUSB0 9600 7E1) since 2026-09-21T11:13:20.000Z, lost: 0
   use         38 % of the last full minute; since the start, busy 68 min of 3 h
-  exchanges   1100: ok 1008, no_reply 92
+  exchanges   1100: ok 1008, no reply 92
   bytes       12000 in, 9000 out, 0 stray
   trouble     late 0, echoes 0, collisions 0, parity errors 0, framing errors 0, overruns 0
   absent      probed 80 times; a new answer is noticed within 9.0 s
@@ -139,7 +139,7 @@ TEST_F(StatusTest, ALineIsShownWithItsCountersAndAChart) {
 
 device          state    last      answered      ok   mean    p99  retries  missed
 bay-1.feeder-1  online   ok           0.3 s  99.8 %  25 ms  28 ms        0       0
-bay-1.feeder-2  offline  no_reply    12 min  10.0 %  24 ms  28 ms        0       0
+bay-1.feeder-2  offline  no reply    12 min  10.0 %  24 ms  28 ms        0       0
 
 bay-1.feeder-2: offline for 12 min: not a byte comes any more. Check its power and its wire, and whether its settings were changed
 bay-1.feeder-2: feeder-1 answers on the same line
@@ -158,7 +158,7 @@ TEST_F(StatusTest, ADeviceIsShownWithItsPoints) {
   state       online
   last        ok; last trouble: no answer
   answered    0.3 s ago
-  exchanges   1000: ok 998, no_reply 2
+  exchanges   1000: ok 998, no reply 2
   trouble     retries 0, missed periods 0, late 2 (by up to 80 ms)
   points      2: 1 good, 0 uncertain, 1 bad
 
