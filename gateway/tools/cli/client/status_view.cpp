@@ -446,7 +446,8 @@ std::string OneDevice(const Json& status, const TableView& view) {
                   Text(device, "profile").empty() ? "" : ", profile " + Text(device, "profile"));
   text += Facts(
       {{"state", Text(device, "state_text")},
-       {"last", InWords(Text(device, "last_outcome")) + (reason.empty() ? "" : "; last trouble: " + reason)},
+       {"last", InWords(Text(device, "last_outcome")) +
+                    (reason.empty() ? "" : "; last trouble: " + reason)},
        {"answered",
         device.at("age_ms").is_null() ? "never" : MillisecondsText(device.at("age_ms")) + " ago"},
        {"exchanges", ExchangesText(device)},
