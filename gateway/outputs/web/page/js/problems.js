@@ -22,7 +22,7 @@ const time = (text) => (text ? Date.parse(text) : null);
 const isNote = (text) => text.startsWith('note:');
 const silent = (device) => device.state === 'offline' || device.state === 'never seen';
 
-/** Who has disabled a device, and since when; empty: that is not known, or the configuration has. */
+/** Returns the client that has disabled a device, and the time; empty: they are not known, or the configuration has disabled it. */
 export const disabledText = ({disabled}) => (disabled ? `disabled by ${who(disabled.by)} since ${civilSeconds(disabled.since)}` : '');
 
 export const inMaintenance = (device, line) => Boolean(device.maintenance) || device.state === 'disabled' || line.port_state === 'released';
@@ -89,7 +89,7 @@ function ownerOf(alarm, list, status, away) {
   return alarm.point && words.includes(alarm.point) ? its : undefined;
 }
 
-/** What is over comes behind all that still is, but before hints. */
+/** Problems that are over come after all that last, but before hints. */
 function score(one) {
   if (one.over) return priorities.length * 2 - 3 + priorities.indexOf(one.priority) / 10;
   const places = one.alarms.map((alarm) => priorities.indexOf(alarm.priority) * 2 + (unseen(alarm) ? 0 : 1));

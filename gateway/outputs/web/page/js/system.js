@@ -76,7 +76,7 @@ function ddsFacts(dds) {
   ];
 }
 
-/** Who is logged in, for the roles that may see it. */
+/** The list of sessions, for the roles that may see it. */
 function sessionsPart() {
   const problem = new Problem();
   const table = new DataTable({caption: 'Sessions', key: (s) => s.id, empty: 'Nobody is logged in.', columns: [
