@@ -201,7 +201,8 @@ std::optional<std::string> WhyChanged(const PointStore& store, std::uint32_t dev
     value = held.value;
     text = its.states ? config::ShownText(its, value) : ToText(AsMeant(its, value));
     const bool is_read = !held.written_at || (held.read_at && *held.read_at > *held.written_at);
-    is_known = is_read || its.access == config::Access::write;
+    // A point that has no value is perhaps never read.
+    is_known = is_read || its.access == config::Access::write || !HasValue(value);
   });
   if (!is_known) {
     return "'" + name + "' was written meanwhile, and its new value has not been read yet";
