@@ -42,7 +42,8 @@ CREATE TABLE events (
   channel       INTEGER NOT NULL,
   code          INTEGER NOT NULL,
   state         TEXT NOT NULL,
-  text          TEXT NOT NULL
+  text          TEXT NOT NULL,
+  priority      TEXT NOT NULL
 );
 CREATE INDEX events_device ON events (device, seq);
 CREATE TABLE event_sources (
@@ -124,9 +125,6 @@ CREATE TABLE past (
   quality INTEGER
 );
 CREATE INDEX past_point ON past (point, time, seq);
-)sql",
-                                                                 R"sql(
-ALTER TABLE events ADD COLUMN priority TEXT NOT NULL DEFAULT 'none';
 )sql"};
 
 constexpr DatabaseKind kEvents = {kEventsApplication, kMigrations,

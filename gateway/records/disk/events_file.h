@@ -42,7 +42,7 @@ struct EventsWriter {
 /// Written into the file, so that the gateway recognises it: "BGev".
 inline constexpr std::int64_t kEventsApplication = 0x42476576;
 /// The version of the tables; each change of the tables adds one.
-inline constexpr std::int64_t kEventsVersion = 2;
+inline constexpr std::int64_t kEventsVersion = 1;
 
 using OpenedEvents = OpenedDatabase;
 
