@@ -103,6 +103,7 @@ struct Config {
   std::string socket;  ///< path of the control socket; empty: not configured
   Modbus modbus;
   Dds dds;
+  RemoteWrite remote_write;
   Web web;
   Users users;
   std::vector<Line> lines;
@@ -131,6 +132,8 @@ void VisitFields(const Config*, Visit visit) {
                                .fallback = "/run/baudgate/NAME.sock"});
   visit(Field<&Config::modbus>{.help = "ports for Modbus masters, and routes to slaves"});
   visit(Field<&Config::dds>{.help = "DDS, with the package baudgate-dds"});
+  visit(Field<&Config::remote_write>{
+      .help = "time-series database that gets the stored values; needs history"});
   visit(Field<&Config::web>{.help = "web page, JSON and metrics; without the key they are off"});
   visit(Field<&Config::users>{.help = "users, roles and tokens for the page and the commands"});
   visit(Field<&Config::lines>{.help = "a list of lines; may be empty",

@@ -11,6 +11,7 @@
 #include "gateway/outputs/control/control_server.h"
 #include "gateway/outputs/dds/output/dds_output.h"
 #include "gateway/outputs/modbus/server/modbus_output.h"
+#include "gateway/outputs/remote_write/remote_write_output.h"
 #include "gateway/outputs/web/web_output.h"
 #include "gateway/records/records.h"
 
@@ -111,6 +112,20 @@ std::unique_ptr<outputs::Output> MakeDds(const OutputLinks& links) {
   return std::make_unique<dds::DdsOutput>(std::move(dds));
 }
 
+std::unique_ptr<outputs::Output> MakeRemoteWrite(const OutputLinks& links) {
+  const records::StateFolder* const state = links.records.state();
+  remote_write::RemoteWriteOutput::Links its;
+  if (state != nullptr) its.folder = state->path();
+  its.why_no_folder = links.records.why_no_state();
+  its.alarms = [&records = links.records](const std::string& away, const std::string& refused,
+                                          Now now) {
+    if (auto* const events = records.events()) {
+      events->OnOutlet("remote_write", away, refused, now);
+    }
+  };
+  return std::make_unique<remote_write::RemoteWriteOutput>(std::move(its));
+}
+
 }  // namespace
 
 OutputRows AllOutputs() {
@@ -120,6 +135,7 @@ OutputRows AllOutputs() {
       {&MakeControl},
       {&MakeWeb, &web::WebOutput::Descriptors},
       {&MakeModbus, &modbus::ModbusOutput::Descriptors},
+      {&MakeRemoteWrite, &remote_write::RemoteWriteOutput::Descriptors},
       {&MakeDds, &dds::DdsOutput::Descriptors, &dds::DdsOutput::Consumer},
   };
 }

@@ -98,6 +98,7 @@ std::map<std::string, std::string> Tables() {
       {"route", TableOf(Route())},
       {"dds", TableOf(Dds())},
       {"security", TableOf(DdsSecurity())},
+      {"remote_write", TableOf(RemoteWrite())},
       {"web", TableOf(Web())},
       {"history", TableOf(History())},
       {"history_point", TableOf(HistoryPoint())},

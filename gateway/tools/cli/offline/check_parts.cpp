@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "gateway/base/secret_file.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/outputs/users/user_file.h"
@@ -86,6 +87,20 @@ void PrintHistory(const config::Config& config, std::ostream& out) {
       << " is reached after " << days(estimate.least) << ", or " << days(estimate.most)
       << " if every reading differs; "
       << "days older than " << FormatDuration(history.keep) << " are deleted\n";
+}
+
+void PrintOutlets(const config::Config& config, std::ostream& out) {
+  const config::History& history = config.history;
+  if (!config.remote_write.on || !history.on()) return;
+  const history::Estimate estimate = history::EstimateOf(config);
+  const auto days = [&](std::uint64_t bytes_a_day) {
+    const auto kept = static_cast<std::uint64_t>(history.keep / 24h);
+    return Plural(std::min(estimate.Days(history.limit, bytes_a_day), kept), "day");
+  };
+  out << "remote write to " << config.remote_write.url
+      << ": while the receiver is away, values wait in the history for " << days(estimate.most)
+      << " if every reading differs, and for " << days(estimate.least)
+      << " if nothing changes; older values are lost\n";
 }
 
 Json HistoryJson(const config::Config& config) {
@@ -217,6 +232,11 @@ void CheckSecurityFiles(const config::Config& config, WallTime now,
   if (web.on && !web.token_file.empty()) {
     const auto token = web::ReadToken(web.token_file);
     add(web.token_mark, "file", token ? std::string() : token.error());
+  }
+  const config::RemoteWrite& remote = config.remote_write;
+  if (remote.on && !remote.password_file.empty()) {
+    const auto password = ReadSecretFile("the password file", remote.password_file);
+    add(remote.password_mark, "file", password ? std::string() : password.error());
   }
   for (const config::TlsUse& use : config::TlsUses(config)) {
     add(use.mark, use.where.c_str(), WrongCertificate(use.files, now));
