@@ -39,6 +39,11 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   map.Finish();
   ResolveInterlocks(config, problems);
   if (history) config.history = ReadHistory(*history, config, problems);
+  if (config.remote_write.on && !config.history.on()) {
+    problems.Warning(config.remote_write.mark,
+                     "remote_write: sends nothing, because no values are stored; add history: { "
+                     "points: [ \"*.*.*\" ] }");
+  }
   if (modbus) config.modbus = ReadModbus(*modbus, config.lines, context);
   const bool to_server = std::ranges::any_of(
       config.modbus.routes, [](const Route& route) { return !route.host.empty(); });

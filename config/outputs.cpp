@@ -529,11 +529,109 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
   return dds;
 }
 
+/// True for a name that Prometheus takes: letters, digits and _, not a digit first.
+bool IsLabelName(std::string_view name) {
+  const auto letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  };
+  const auto fits = [&](char c) { return letter(c) || (c >= '0' && c <= '9'); };
+  return !name.empty() && letter(name[0]) && !name.starts_with("__") &&
+         std::ranges::all_of(name, fits);
+}
+
+void ReadLabels(const YamlNode& node, RemoteWrite& remote, Problems& problems) {
+  constexpr std::size_t kMostLabels = 20;
+  constexpr std::size_t kLongestLabel = 200;
+  // The labels that the series have already (gateway/outputs/remote_write/series.cpp).
+  constexpr std::array<std::string_view, 5> kTaken = {"gateway", "line", "device", "point", "unit"};
+  for (const Entry& entry : ReadEntries(node, "labels", problems)) {
+    const std::string& name = entry.key;
+    const Mark mark = node.source()->MarkAt(entry.place);
+    if (!IsLabelName(name)) {
+      problems.Error(mark, "labels: " + Quoted(name) +
+                               " is not the name of a label; use letters, digits and _");
+    } else if (std::ranges::find(kTaken, name) != kTaken.end()) {
+      problems.Error(mark, "labels: every series has the label " + name +
+                               " already; choose another name, for example plant_" + name);
+    } else if (auto text = ReadText(entry.value, name, problems)) {
+      if (text->empty() || text->size() > kLongestLabel) {
+        problems.Error(entry.value.mark(),
+                       name + ": a label needs 1 to " + std::to_string(kLongestLabel) + " bytes");
+      }
+      remote.labels.push_back({name, std::move(*text)});
+    }
+  }
+  if (remote.labels.size() > kMostLabels) {
+    problems.Error(node.mark(),
+                   "labels: at most " + std::to_string(kMostLabels) + " labels are allowed");
+  }
+}
+
+/// Reads the key `remote_write`: a database that gets the values of the history.
+///
+///   remote_write:
+///     url: https://tsdb.example/api/v1/write
+///     labels: { site: north }
+///     user: gate
+///     password: { file: /etc/baudgate/remote_write.password }
+///     ca: /etc/baudgate/remote_write-ca.pem
+RemoteWrite ReadRemoteWrite(const YamlNode& node, Problems& problems) {
+  constexpr char kUrl[] = "https://tsdb.example/api/v1/write";
+  constexpr char kPassword[] = "/etc/baudgate/remote_write.password";
+  RemoteWrite remote;
+  remote.on = true;
+  remote.mark = node.mark();
+  MapReader map(node, "remote_write", problems);
+  if (node.kind() != YamlNode::Kind::map) return remote;
+  map.Need("url", kUrl);
+  if (const auto url = map.Label("url")) {
+    const bool https = url->starts_with("https://");
+    const std::string place = url->substr(std::min(url->size(), url->find("://") + 3));
+    const std::string host = place.substr(0, place.find('/'));
+    if ((!https && !url->starts_with("http://")) || host.empty()) {
+      problems.Error(map.MarkOf("url"),
+                     "url: is not an address of the web; write for example " + std::string(kUrl));
+    } else if (host.find('@') != std::string::npos) {
+      // The message must not show the password that the address can contain.
+      problems.Error(map.MarkOf("url"),
+                     "url: contains a user name; write the keys user and password instead");
+    }
+    remote.url = *url;
+    if (map.Has("ca") && !https) {
+      problems.Error(map.MarkOf("ca"),
+                     "ca: has no effect, because url does not begin with "
+                     "https://; remove ca, or call the receiver with https");
+    }
+  }
+  if (const auto labels = map.Get("labels")) ReadLabels(*labels, remote, problems);
+  if (const auto user = map.Label("user")) remote.user = *user;
+  if (const auto password = map.Get("password")) {
+    MapReader its(*password, "password", problems);
+    if (password->kind() == YamlNode::Kind::map) {
+      its.Need("file", kPassword);
+      remote.password_file = ReadAbsolutePath(its, "file", kPassword);
+      remote.password_mark = its.MarkOf("file");
+      its.Finish();
+    }
+    if (remote.user.empty()) {
+      problems.Error(map.MarkOf("password"), "password: has no effect without user; add user");
+    }
+  } else if (!remote.user.empty()) {
+    map.Need("password", std::string("{ file: ") + kPassword + " }");
+  }
+  remote.ca = ReadAbsolutePath(map, "ca", "/etc/baudgate/remote_write-ca.pem");
+  map.Finish();
+  return remote;
+}
+
 }  // namespace
 
 void ReadOutputs(MapReader& map, Config& config, LoadContext& context) {
   if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, context);
   if (const auto node = map.Get("mqtt")) config.mqtt = ReadMqtt(*node, config, context.problems);
+  if (const auto node = map.Get("remote_write")) {
+    config.remote_write = ReadRemoteWrite(*node, context.problems);
+  }
   if (const auto node = map.Get("users")) config.users = ReadUsers(*node, context.problems);
   if (const auto node = map.Get("web")) {
     config.web = ReadWeb(*node, !config.users.file.empty(), context.problems);

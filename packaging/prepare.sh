@@ -7,6 +7,7 @@ packages=(
   libfastrtps-dev libfastcdr-dev libasio-dev libmodbus-dev libyaml-cpp-dev libfmt-dev
   libcli11-dev nlohmann-json3-dev libsystemd-dev libssl-dev libsqlite3-dev zlib1g-dev
   libmicrohttpd-dev libgnutls28-dev libcrypt-dev libmosquitto-dev
+  libcurl4-openssl-dev libsnappy-dev
 )
 # Only for tests: build_tests.
 test_packages=(
@@ -15,6 +16,8 @@ test_packages=(
   python3-pymodbus python3-serial python3-serial-asyncio
   # A broker.
   mosquitto
+  # Receivers of remote write.
+  prometheus victoria-metrics
   # The test of packaging/prose.py makes repositories.
   git
   # For the exposure of the units (systemd-analyze), and for tests of their filters of system calls without systemd.

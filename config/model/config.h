@@ -104,6 +104,7 @@ struct Config {
   Modbus modbus;
   Dds dds;
   Mqtt mqtt;
+  RemoteWrite remote_write;
   Web web;
   Users users;
   std::vector<Line> lines;
@@ -133,6 +134,8 @@ void VisitFields(const Config*, Visit visit) {
   visit(Field<&Config::modbus>{.help = "ports for Modbus masters, and routes to slaves"});
   visit(Field<&Config::dds>{.help = "DDS, with the package baudgate-dds"});
   visit(Field<&Config::mqtt>{.help = "MQTT broker to publish to; without the key it is off"});
+  visit(Field<&Config::remote_write>{
+      .help = "time-series database that gets the stored values; needs history"});
   visit(Field<&Config::web>{.help = "web page, JSON and metrics; without the key they are off"});
   visit(Field<&Config::users>{.help = "users, roles and tokens for the page and the commands"});
   visit(Field<&Config::lines>{.help = "a list of lines; may be empty",

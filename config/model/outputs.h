@@ -438,6 +438,46 @@ void VisitFields(const Mqtt*, Visit visit) {
   visit(Derived<&Mqtt::password_mark>());
 }
 
+/// The sending of stored values to a time-series database (gateway/outputs/remote_write).
+struct RemoteWrite {
+  static constexpr bool kReloads = true;
+
+  /// A label of all series.
+  struct Label {
+    std::string name;
+    std::string value;
+
+    bool operator==(const Label&) const = default;
+  };
+  bool on = false;  ///< true: the key `remote_write` is present
+  std::string url;
+  std::vector<Label> labels;
+  std::string user;           ///< empty: requests have no user
+  std::string password_file;  ///< with `user` only
+  std::string ca;             ///< for https; empty: the authorities that this machine trusts
+  Mark mark;
+  Mark password_mark;
+};
+
+template <typename Visit>
+void VisitFields(const RemoteWrite*, Visit visit) {
+  visit(Field<&RemoteWrite::on>{"remote_write"});
+  visit(Field<&RemoteWrite::url>{
+      .help = "where the receiver takes remote write: https://tsdb.example/api/v1/write",
+      .fallback = kRequired});
+  visit(Field<&RemoteWrite::labels>{.help = "labels of all series: { site: north }",
+                                    .fallback = "none"});
+  visit(Field<&RemoteWrite::user>{.help = "user name at the receiver (basic authentication)",
+                                  .fallback = "none"});
+  visit(Field<&RemoteWrite::password_file>{
+      .key = "password",
+      .help = "with user: { file: PATH }, mode 0600: its first line is the password"});
+  visit(Field<&RemoteWrite::ca>{.help = "https only: file with the authority of the receiver",
+                                .fallback = "the authorities of this machine"});
+  visit(Derived<&RemoteWrite::mark>());
+  visit(Derived<&RemoteWrite::password_mark>());
+}
+
 struct Modbus {
   bool enabled = true;
   std::vector<Listener> listen;

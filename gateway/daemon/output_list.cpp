@@ -12,6 +12,7 @@
 #include "gateway/outputs/dds/output/dds_output.h"
 #include "gateway/outputs/modbus/server/modbus_output.h"
 #include "gateway/outputs/mqtt/mqtt_output.h"
+#include "gateway/outputs/remote_write/remote_write_output.h"
 #include "gateway/outputs/web/web_output.h"
 #include "gateway/records/records.h"
 
@@ -125,6 +126,20 @@ std::unique_ptr<outputs::Output> MakeMqtt(const OutputLinks& links) {
   return std::make_unique<mqtt::MqttOutput>(std::move(mqtt));
 }
 
+std::unique_ptr<outputs::Output> MakeRemoteWrite(const OutputLinks& links) {
+  const records::StateFolder* const state = links.records.state();
+  remote_write::RemoteWriteOutput::Links its;
+  if (state != nullptr) its.folder = state->path();
+  its.why_no_folder = links.records.why_no_state();
+  its.alarms = [&records = links.records](const std::string& away, const std::string& refused,
+                                          Now now) {
+    if (auto* const events = records.events()) {
+      events->OnOutlet("remote_write", away, refused, now);
+    }
+  };
+  return std::make_unique<remote_write::RemoteWriteOutput>(std::move(its));
+}
+
 }  // namespace
 
 OutputRows AllOutputs() {
@@ -135,6 +150,7 @@ OutputRows AllOutputs() {
       {&MakeWeb, &web::WebOutput::Descriptors},
       {&MakeModbus, &modbus::ModbusOutput::Descriptors},
       {&MakeMqtt, &mqtt::MqttOutput::Descriptors, &mqtt::MqttOutput::Consumer},
+      {&MakeRemoteWrite, &remote_write::RemoteWriteOutput::Descriptors},
       {&MakeDds, &dds::DdsOutput::Descriptors, &dds::DdsOutput::Consumer},
   };
 }

@@ -127,6 +127,20 @@ void AlarmService::OnCertificates(const std::string& why, Now now) {
   }
 }
 
+void AlarmService::OnOutlet(const std::string& outlet, const std::string& away,
+                            const std::string& refused, Now now) {
+  using events::Trouble;
+  const MutexLock lock(mutex_);
+  for (const auto& [trouble, why] :
+       {std::pair(Trouble::receiver_away, &away), std::pair(Trouble::values_refused, &refused)}) {
+    if (why->empty()) {
+      TellAll(alarms_.End(trouble, {"", outlet}, now));
+    } else {
+      alarms_.Begin(trouble, {"", outlet}, *why, now);
+    }
+  }
+}
+
 void AlarmService::Look(std::span<const DiskState> disks, Now now) {
   const MutexLock lock(mutex_);
   for (const DiskState& one : disks) {

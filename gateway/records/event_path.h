@@ -105,6 +105,11 @@ class AlarmService {
   void OnRouted(const RoutedEnd& end, Now now);
   void OnUnused(const std::string& line, const std::string& device, Now now);
 
+  /// `outlet`: the name of the output that forwards values. `away`: why values wait for its
+  /// receiver, `refused`: why the receiver has refused values; empty: no trouble.
+  void OnOutlet(const std::string& outlet, const std::string& away, const std::string& refused,
+                Now now);
+
   struct DiskState {
     events::Trouble trouble = events::Trouble::events_lost;
     Disk disk = Disk::opening;
@@ -176,6 +181,11 @@ class EventPath final : public bus::EventSink {
   }
   void OnRouted(const RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
   void OnCertificates(const std::string& why, Now now) { alarms_.OnCertificates(why, now); }
+  /// See AlarmService. Thread-safe; returns at once.
+  void OnOutlet(const std::string& outlet, const std::string& away, const std::string& refused,
+                Now now) {
+    alarms_.OnOutlet(outlet, away, refused, now);
+  }
   void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }
   /// Returns the events on the disk, for outputs. An output may hold the feed longer than this

@@ -99,6 +99,7 @@ std::map<std::string, std::string> Tables() {
       {"dds", TableOf(Dds())},
       {"security", TableOf(DdsSecurity())},
       {"mqtt", TableOf(Mqtt())},
+      {"remote_write", TableOf(RemoteWrite())},
       {"web", TableOf(Web())},
       {"history", TableOf(History())},
       {"history_point", TableOf(HistoryPoint())},

@@ -127,6 +127,7 @@ Instant Forwarding::Round(bool last) {
     end_.notify_all();
     return kWhenWoken;
   }
+  Watch(now);
   TakeHistory();
   if (under_way_) {
     std::optional<Answer> answer = TakeAnswer();
@@ -154,7 +155,16 @@ Instant Forwarding::Round(bool last) {
 }
 
 Instant Forwarding::NextRound(Instant wanted) const {
+  if (options_.watch) wanted = std::min(wanted, watch_at_);
   return dirty_ ? std::min(wanted, save_at_) : wanted;
+}
+
+void Forwarding::Watch(Now now) {
+  if (!options_.watch || now.instant < watch_at_) return;
+  watch_at_ = now.instant + kWatchEvery;
+  const ForwarderState shown = state();
+  const MutexLock lock(sending_);
+  if (!closed_) options_.watch(shown, now);
 }
 
 void Forwarding::TakeHistory() {
@@ -384,6 +394,7 @@ void Forwarding::PutAside(const KeptValue& value, const std::string& why, Now no
   const MutexLock lock(mutex_);
   ++state_.put_aside;
   state_.refused = why;
+  state_.refused_at = now.wall;
 }
 
 /// Moves the place behind the values that were sent.

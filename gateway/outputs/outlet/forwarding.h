@@ -37,6 +37,7 @@ class Forwarding : public std::enable_shared_from_this<Forwarding> {
   static constexpr Duration kSaveEvery = 1s;
   static constexpr Duration kLookEvery = 1s;  ///< for new values, when all are sent
   static constexpr Duration kTryAgain = 10s;  ///< after a failure of the disk
+  static constexpr Duration kWatchEvery = 10s;
   /// A file that cannot be read is left out after this time: a damaged one, and any other.
   static constexpr Duration kGiveUpDamaged = 1min;
   static constexpr Duration kGiveUp = 10min;
@@ -72,6 +73,7 @@ class Forwarding : public std::enable_shared_from_this<Forwarding> {
   void EndPortion();
   void ShowPlace();
   void Save(Now now, bool force);
+  void Watch(Now now);
   Instant NextRound(Instant wanted) const;
   void SetTrouble(std::string Forwarding::*which, const std::string& text);
 
@@ -92,6 +94,7 @@ class Forwarding : public std::enable_shared_from_this<Forwarding> {
   Instant save_at_{};
   Instant next_try_{};
   Instant next_read_{};
+  Instant watch_at_{};
   int tries_ = 0;
   // The file that cannot be read, and since when.
   std::string unread_;

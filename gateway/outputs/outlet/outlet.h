@@ -88,6 +88,7 @@ struct ForwarderState {
   std::string trouble{};
   std::optional<WallTime> trouble_since{};
   std::string refused{};
+  std::optional<WallTime> refused_at{};
 };
 
 class Forwarder {
@@ -102,6 +103,9 @@ class Forwarder {
     std::function<Now()> clocks = &ReadClocks;
     /// Returns true for a point whose values the outlet forwards. Empty: all points of the history.
     std::function<bool(const std::string& point)> wanted{};
+    /// Gets the state at least every 10 s, for alarms (AlarmsOf). Must return at once. Is not
+    /// called after the forwarder has ended.
+    std::function<void(const ForwarderState& state, Now now)> watch{};
     /// These receive one line for the log, on any thread.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "gateway/base/log.h"
+#include "gateway/outputs/outlet/report.h"
 #include "gateway/outputs/series.h"
 
 namespace baudgate::web {
@@ -96,6 +97,7 @@ std::size_t SeriesOf(const config::Config& config) {
   std::size_t series = 8;
   if (config.dds.enabled) ++series;
   if (config.dds.enabled && config.dds.security.on()) ++series;
+  if (config.remote_write.on) series += outlet::kMetrics;
   series += config::TlsUses(config).size();
   for (const config::Line& line : config.lines) {
     if (line.name.empty()) continue;

@@ -14,7 +14,8 @@ constexpr std::array<std::string_view, kTroubles> kNames = {
     "no answer",           "wrong device",        "another device",
     "port down",           "ring open",           "no answer to clients",
     "server away",         "events are not kept", "writes are not recorded",
-    "values are not kept", "certificate ends"};
+    "values are not kept", "certificate ends",    "receiver away",
+    "values refused"};
 constexpr std::string_view kUnit = "unit-";
 
 const config::Route* RouteOf(const config::Config& config, std::string_view device) {
@@ -80,7 +81,8 @@ using Step = AlarmMark::Step;
 
 std::string TextOf(Trouble trouble, Duration lasted, const std::string& why) {
   std::string text(Name(trouble));
-  const bool has_time = lasted > Duration::zero() && trouble != Trouble::certificate_ends;
+  const bool has_time = lasted > Duration::zero() && trouble != Trouble::certificate_ends &&
+                        trouble != Trouble::values_refused;
   if (has_time) text += " for " + FormatDuration(lasted);
   return why.empty() ? text : text + ": " + why;
 }

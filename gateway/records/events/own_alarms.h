@@ -40,6 +40,7 @@ namespace baudgate::events {
 //   unit_silent           unit-70         the route to a remote server
 //   server_away           10.0.0.9:502    the route to this server
 //   events_lost                           the gateway
+//   receiver_away         remote_write    the gateway; `device` is the name of the outlet
 enum class Trouble : std::uint8_t {
   no_answer,
   wrong_device,  ///< the device is not of the configured kind
@@ -52,8 +53,10 @@ enum class Trouble : std::uint8_t {
   writes_lost,
   values_lost,
   certificate_ends,  ///< in 30 days or less, or it has ended
+  receiver_away,     ///< values wait for the receiver of an outlet
+  values_refused,    ///< the receiver of an outlet has refused values
 };
-inline constexpr std::size_t kTroubles = 11;
+inline constexpr std::size_t kTroubles = 13;
 
 /// Returns the name of the alarm, such as "no answer". The alarm's text begins with the name.
 std::string_view Name(Trouble trouble);

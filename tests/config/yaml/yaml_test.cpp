@@ -123,7 +123,7 @@ TEST(Yaml, ControlCharactersDoNotReachTheTerminal) {
   EXPECT_EQ(Shown(Load("lines: []\n\"a\\e[2Jb\": 1\n").problems),
             "t.yaml:2:1: error: unknown key 'a…' in the configuration; allowed: gateway, events, "
             "history, "
-            "modbus, dds, mqtt, users, web, lines\n");
+            "modbus, dds, mqtt, remote_write, users, web, lines\n");
   EXPECT_EQ(Shown(Load("lines: []\ndds: { enabled: \"a\\e[2Jb\" }\n").problems),
             "t.yaml:2:17: error: enabled: 'a\\x1B[2Jb' is neither true nor false\n");
 }

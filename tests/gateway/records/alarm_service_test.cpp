@@ -10,6 +10,7 @@ namespace {
 using Slave = RoutedEnd::Slave;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
 
 std::shared_ptr<const config::Config> Configured() {
   auto config = std::make_shared<config::Config>();
@@ -209,6 +210,18 @@ TEST_F(AlarmServiceTest, ACertificateThatEndsSoonRaisesAnAlarm) {
               ElementsAre(". certificate ends: The certificate of web ends."));
   EXPECT_THAT(after("The certificate of web ends."), IsEmpty());
   EXPECT_THAT(after(""), ElementsAre(". certificate ends, over"));
+}
+
+TEST_F(AlarmServiceTest, AReceiverThatIsAwayOrRefusesValuesRaisesAnAlarm) {
+  const auto after = [this](const std::string& away, const std::string& refused) {
+    service_.OnOutlet("mqtt", away, refused, now_);
+    return AfterAMinute();
+  };
+  EXPECT_THAT(after("", ""), IsEmpty());
+  EXPECT_THAT(after("no answer", ""), ElementsAre(".mqtt receiver away for 30s: no answer"));
+  EXPECT_THAT(after("", "400"),
+              UnorderedElementsAre(".mqtt receiver away, over", ".mqtt values refused: 400"));
+  EXPECT_THAT(after("", ""), ElementsAre(".mqtt values refused, over"));
 }
 
 }  // namespace

@@ -165,6 +165,7 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
     PrintEvents(config, out);
     PrintOfMeters(config, out);
     PrintHistory(config, out);
+    PrintOutlets(config, out);
   }
   out << "reload applies all settings except gateway (its alarms are applied), modbus.enabled, ";
   VisitFields(&config, [&](auto field) {

@@ -89,6 +89,20 @@ void PrintHistory(const config::Config& config, std::ostream& out) {
       << "days older than " << FormatDuration(history.keep) << " are deleted\n";
 }
 
+void PrintOutlets(const config::Config& config, std::ostream& out) {
+  const config::History& history = config.history;
+  if (!config.remote_write.on || !history.on()) return;
+  const history::Estimate estimate = history::EstimateOf(config);
+  const auto days = [&](std::uint64_t bytes_a_day) {
+    const auto kept = static_cast<std::uint64_t>(history.keep / 24h);
+    return Plural(std::min(estimate.Days(history.limit, bytes_a_day), kept), "day");
+  };
+  out << "remote write to " << config.remote_write.url
+      << ": while the receiver is away, values wait in the history for " << days(estimate.most)
+      << " if every reading differs, and for " << days(estimate.least)
+      << " if nothing changes; older values are lost\n";
+}
+
 Json HistoryJson(const config::Config& config) {
   if (!config.history.on()) return {};
   const history::Estimate estimate = history::EstimateOf(config);
@@ -219,9 +233,14 @@ void CheckSecurityFiles(const config::Config& config, WallTime now,
     const auto token = web::ReadToken(web.token_file);
     add(web.token_mark, "file", token ? std::string() : token.error());
   }
-  if (config.mqtt.on && !config.mqtt.password_file.empty()) {
-    const auto password = ReadSecretFile("the password file", config.mqtt.password_file);
-    add(config.mqtt.password_mark, "file", password ? std::string() : password.error());
+  const auto add_password = [&add](const std::string& file, const config::Mark& mark) {
+    if (file.empty()) return;
+    const auto password = ReadSecretFile("the password file", file);
+    add(mark, "file", password ? std::string() : password.error());
+  };
+  if (config.mqtt.on) add_password(config.mqtt.password_file, config.mqtt.password_mark);
+  if (config.remote_write.on) {
+    add_password(config.remote_write.password_file, config.remote_write.password_mark);
   }
   for (const config::TlsUse& use : config::TlsUses(config)) {
     add(use.mark, use.where.c_str(), WrongCertificate(use.files, now));

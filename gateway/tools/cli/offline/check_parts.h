@@ -34,6 +34,8 @@ inline std::string Whom(const std::vector<config::Network>& allow) {
 void PrintEvents(const config::Config& config, std::ostream& out);
 void PrintOfMeters(const config::Config& config, std::ostream& out);
 void PrintHistory(const config::Config& config, std::ostream& out);
+/// Prints how long an outage of a receiver of stored values can last without a loss.
+void PrintOutlets(const config::Config& config, std::ostream& out);
 nlohmann::ordered_json HistoryJson(const config::Config& config);
 
 /// Prints the writable points of each device. Example:

@@ -16,7 +16,8 @@ export const pointsLink = (parameters) => made('points', parameters);
 
 /** The part of the system view that an alarm of the gateway itself names. */
 const parts = {'server away': 'routes', 'no answer to clients': 'routes', 'events are not kept': 'records',
-  'values are not kept': 'records', 'writes are not recorded': 'records', 'certificate ends': 'configuration'};
+  'values are not kept': 'records', 'writes are not recorded': 'records', 'certificate ends': 'configuration',
+  'receiver away': 'records', 'values refused': 'records'};
 
 /** The view of an event's or alarm's source; events of the gateway itself lead to the system view. */
 export function sourceLink({line, device, point, name}) {
