@@ -102,6 +102,7 @@ class Session final : public outlet::Receiver {
   void Tidy(const Message& message);
   void EachEntity(std::uint32_t device, const std::function<void(const Entity&)>& visit) const;
   void Work(Now now);
+  void SendAnswers();
   void SendValues(Now now);
   /// Publishes the messages for Home Assistant of as many devices as the network takes.
   void SendEntities();

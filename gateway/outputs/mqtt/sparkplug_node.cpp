@@ -261,9 +261,4 @@ void SparkplugNode::TakeWrite(const Message& message, const sparkplug::Payload& 
   }
 }
 
-void SparkplugNode::Farewell() {
-  client_.Publish(Topic("NDEATH"), Death(), 1, false, [](const Delivery&) {});
-  born_ = false;
-}
-
 }  // namespace baudgate::mqtt

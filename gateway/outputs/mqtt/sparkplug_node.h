@@ -51,8 +51,6 @@ class SparkplugNode {
   void SendStored(const outlet::Portion& portion, std::function<void(outlet::Answer)> done);
   /// The number of values that were published, without stored ones.
   std::uint64_t values() const { return values_; }
-  /// Publishes NDEATH, for an end that is no loss.
-  void Farewell();
 
  private:
   enum class DeviceState : std::uint8_t { unborn, born, dead };

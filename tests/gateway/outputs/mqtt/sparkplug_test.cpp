@@ -289,12 +289,12 @@ TEST_F(EdgeNode, WaitsForItsPrimaryHost) {
   const std::string state = "spBv1.0/STATE/scada";
   ASSERT_TRUE(
       MqttListener::Wait([&] { return session_->state().phase == Client::Phase::connected; }));
-  std::this_thread::sleep_for(300ms);
+  std::this_thread::sleep_for(150ms);
   EXPECT_TRUE(All().empty());
   listener_->Publish(state, R"({"online":true,"timestamp":100})", true);
   ASSERT_TRUE(Wait("NBIRTH", 1));
   listener_->Publish(state, R"({"online":false,"timestamp":99})");
-  std::this_thread::sleep_for(300ms);
+  std::this_thread::sleep_for(150ms);
   EXPECT_TRUE(Of("NDEATH").empty()) << "an older STATE";
   listener_->Publish(state, R"({"online":false,"timestamp":101})", true);
   ASSERT_TRUE(Wait("NDEATH", 1)) << "by the will";
