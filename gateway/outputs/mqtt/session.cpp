@@ -24,7 +24,7 @@ std::size_t TopicHash(std::string_view topic) { return std::hash<std::string_vie
 
 }  // namespace
 
-Session::Session(std::shared_ptr<const config::Config> config, Links links)
+Session::Session(const std::shared_ptr<const config::Config>& config, Links links)
     : settings_(config->mqtt),
       links_(std::move(links)),
       topics_(*config),
@@ -295,7 +295,7 @@ void Session::SendPortion() {
   if (!open_.portion) return;
   const outlet::Portion portion = std::move(*std::exchange(open_.portion, std::nullopt));
   auto done = std::exchange(open_.done, nullptr);
-  if (node_) return node_->SendStored(portion, std::move(done));
+  if (node_) return node_->SendStored(portion, done);
   SendStored(portion, std::move(done));
 }
 

@@ -68,7 +68,7 @@ class Session final : public outlet::Receiver {
     std::function<void(bool)> connected{};
     Duration patience = Client::kPatience;
   };
-  Session(std::shared_ptr<const config::Config> config, Links links);
+  Session(const std::shared_ptr<const config::Config>& config, Links links);
 
   /// One round of work, about kTick. `last`: publishes `offline` and that no value is good any
   /// more, in at most kFarewell.

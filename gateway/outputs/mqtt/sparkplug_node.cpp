@@ -170,7 +170,7 @@ void SparkplugNode::Send(Now now) {
 }
 
 void SparkplugNode::SendStored(const outlet::Portion& portion,
-                               std::function<void(outlet::Answer)> done) {
+                               const std::function<void(outlet::Answer)>& done) {
   const Now now = ReadClocks();
   std::map<std::string, bus::PointRef> places;
   live_.Each([&](const LivePoints::Point& at) {
