@@ -1,8 +1,9 @@
 // Tests the MQTT output of the whole program with a real mosquitto: values, events, commands, and
 // stored values over the ends of the gateway and of the broker.
 // SPDX-License-Identifier: Apache-2.0
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
+#include <algorithm>
 #include <csignal>
 #include <set>
 #include <string>
@@ -13,8 +14,6 @@
 
 namespace baudgate::system_test {
 namespace {
-
-using ::testing::HasSubstr;
 
 class Mqtt : public Station {
  protected:
@@ -38,7 +37,13 @@ class Mqtt : public Station {
       if (!record.contains("gap")) stored.push_back(record["time"]);
     }
     ASSERT_GT(stored.size(), 5U);
-    EXPECT_TRUE(listener.WaitFor(Point("current_l1/history"), stored.back()));
+    const auto has_last = [&] {
+      return std::ranges::any_of(listener.Payloads(Point("current_l1/history")),
+                                 [&](const std::string& payload) {
+                                   return payload.find(stored.back()) != std::string::npos;
+                                 });
+    };
+    EXPECT_TRUE(Eventually(has_last));
     std::vector<std::string> received;
     std::int64_t last = 0;
     for (const std::string& payload : listener.Payloads(Point("current_l1/history"))) {
@@ -48,6 +53,9 @@ class Mqtt : public Station {
       received.push_back(json["time"]);
       if (received.back() == stored.back()) break;
     }
+    ASSERT_FALSE(received.empty());
+    // The first start begins with the values that are stored from then on.
+    std::erase_if(stored, [&](const std::string& time) { return time < received.front(); });
     EXPECT_EQ(received, stored);
   }
 
@@ -69,7 +77,12 @@ TEST_F(Mqtt, PublishesAndTakesCommandsOverTheEndsOfGatewayAndBroker) {
   EXPECT_TRUE(Status()["mqtt"]["advice"].empty()) << Status()["mqtt"];
   listener.Publish(Point("current_l1/set"), "1");
   EXPECT_TRUE(listener.WaitFor(Point("current_l1/result"), "denied"));
-  EXPECT_THAT(Ask({"writes", "--json"}).output, HasSubstr("mqtt:baudgate-" + gateway()));
+  const std::string writer = "mqtt:baudgate-" + gateway();
+  EXPECT_TRUE(Eventually([&] {
+    return Ask({"writes", "--json"}).output.find(writer) != std::string::npos;
+  }));
+
+  EXPECT_TRUE(listener.WaitFor(Point("current_l1/history"), "value"));
 
   daemon->Signal(SIGKILL);
   daemon->WaitForEnd();
@@ -77,8 +90,8 @@ TEST_F(Mqtt, PublishesAndTakesCommandsOverTheEndsOfGatewayAndBroker) {
   daemon = StartDaemon(Yaml());
   EXPECT_TRUE(listener.WaitFor(Topic("status"), "online"));
   broker_.Kill(SIGTERM);
-  EXPECT_TRUE(Eventually([&] { return !Status()["mqtt"]["advice"].empty(); }));
-  EXPECT_THAT(Status()["mqtt"]["advice"][0].get<std::string>(), HasSubstr("the broker mqtt://"));
+  EXPECT_TRUE(Eventually(
+      [&] { return Status()["mqtt"]["advice"].dump().find("[\"the broker mqtt://") == 0; }));
   ASSERT_TRUE(broker_.Start());
   EXPECT_TRUE(Eventually([&] { return Status()["mqtt"]["state"] == "connected"; }));
   CheckStored(listener);

@@ -238,7 +238,7 @@ void Client::Drop() {
 
 void Client::Close() {
   if (its_ && phase_ == Phase::connected) {
-    mosquitto_disconnect(its_.get());
+    mosquitto_disconnect_v5(its_.get(), MQTT_RC_DISCONNECT_WITH_WILL_MSG, nullptr);
     mosquitto_loop_write(its_.get(), kPacketsAtOnce);
   }
   Drop();

@@ -90,7 +90,7 @@ class Client {
   bool busy() const;
   /// Holds small packets back, so that messages share packets on the network, until `on` is false.
   void Gather(bool on);
-  /// Disconnects without a will.
+  /// Disconnects; the broker then publishes the will.
   void Close();
   /// Ends the connection; the client connects again after a back-off.
   void Reconnect(const std::string& why) { Lose(why); }
@@ -99,7 +99,6 @@ class Client {
   const config::MqttBroker& broker() const { return settings_.brokers[broker_]; }
   /// Returns why there is no connection; empty: there is one.
   const std::string& trouble() const { return trouble_; }
-  std::size_t unconfirmed() const { return waiting_.size(); }
   std::uint64_t times_lost() const { return times_lost_; }
   /// True while Run waits for the name service. Any thread may call it.
   bool is_blocked() const { return blocked_; }

@@ -41,7 +41,7 @@ void KeepForEver(std::shared_ptr<Session> session) {
 
 }  // namespace
 
-Status MqttOutput::Begin(const Configuration& config) {
+Status MqttOutput::Open(const Configuration& config) {
   if (!config->mqtt.on) return {};
   broker_ = config->mqtt.brokers.front().Address();
   Session::Links links{links_.store, links_.sink, links_.feed, links_.cursors, links_.keeps_events};
@@ -56,7 +56,11 @@ Status MqttOutput::Begin(const Configuration& config) {
   options.warn = [](const std::string& text) { log::Warn("{}", text); };
   options.inform = [](const std::string& text) { log::Info("{}", text); };
   forwarder_ = std::make_unique<outlet::Forwarder>(std::move(options));
-  forwarder_->SetHistory(history_);
+  return {};
+}
+
+Status MqttOutput::Begin(const Configuration& /*config*/) {
+  if (!session_) return {};
   worker_ = std::make_unique<Worker>("mqtt", [session = session_, ended = ended_](bool last) {
     const Instant next = session->Round(last);
     if (last) *ended = true;
@@ -74,7 +78,6 @@ std::vector<std::string> MqttOutput::Apply(const Configuration& config,
 
 void MqttOutput::SetHistory(const Configuration& /*config*/,
                             const std::shared_ptr<const history::HistorySource>& history) {
-  history_ = history;
   if (forwarder_) forwarder_->SetHistory(history);
 }
 
@@ -96,7 +99,7 @@ void MqttOutput::Stop() {
     worker_->Leave();
   }
   worker_.reset();
-  forwarder_.reset();
+  forwarder_->SetHistory(nullptr);
 }
 
 std::string MqttOutput::Summary() { return session_ ? "MQTT to " + broker_ : std::string(); }

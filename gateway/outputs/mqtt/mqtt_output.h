@@ -43,6 +43,7 @@ class MqttOutput final : public outputs::Output {
   }
 
   std::string_view name() const override { return "mqtt"; }
+  Status Open(const Configuration& config) override;
   Status Begin(const Configuration& config) override;
   std::vector<std::string> Apply(const Configuration& config,
                                  std::unique_ptr<Prepared> prepared) override;
@@ -59,8 +60,8 @@ class MqttOutput final : public outputs::Output {
  private:
   const Links links_;
   std::string broker_;
-  std::shared_ptr<const history::HistorySource> history_;
-  // The thread can outlive this object while it waits for the name service.
+  // Any thread uses the next two members, so they stay from Open to the end. The thread can outlive
+  // this object while it waits for the name service.
   std::shared_ptr<Session> session_;
   std::unique_ptr<outlet::Forwarder> forwarder_;
   std::unique_ptr<Worker> worker_;

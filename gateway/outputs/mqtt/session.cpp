@@ -24,7 +24,7 @@ std::size_t TopicHash(std::string_view topic) { return std::hash<std::string_vie
 
 }  // namespace
 
-Session::Session(std::shared_ptr<const config::Config> config, Links links)
+Session::Session(const std::shared_ptr<const config::Config>& config, Links links)
     : settings_(config->mqtt),
       links_(std::move(links)),
       topics_(*config),
@@ -295,7 +295,7 @@ void Session::SendPortion() {
   if (!open_.portion) return;
   const outlet::Portion portion = std::move(*std::exchange(open_.portion, std::nullopt));
   auto done = std::exchange(open_.done, nullptr);
-  if (node_) return node_->SendStored(portion, std::move(done));
+  if (node_) return node_->SendStored(portion, done);
   SendStored(portion, std::move(done));
 }
 
@@ -345,10 +345,14 @@ void Session::SendStored(const outlet::Portion& portion, std::function<void(outl
   client_.Gather(false);
 }
 
-void Session::Work(Now now) {
-  for (Commands::Answer& answer : commands_.TakeAnswers()) {
+void Session::SendAnswers() {
+  for (const Commands::Answer& answer : commands_.TakeAnswers()) {
     client_.Publish(answer.topic, answer.payload, 1, false, Noting(answer.topic));
   }
+}
+
+void Session::Work(Now now) {
+  SendAnswers();
   if (HasCome(tidy_until_, now.instant)) {
     if (settings_.homeassistant) client_.Unsubscribe(EntityFilter(config_->name));
     if (!node_) client_.Unsubscribe(topics_.Filter());
@@ -402,16 +406,10 @@ Instant Session::Round(bool last) {
 
 void Session::Farewell() {
   const Instant end = ReadClocks().instant + kFarewell;
-  const auto flush = [&] {
-    while ((client_.busy() || client_.unconfirmed() > 0) && ReadClocks().instant < end) {
-      client_.Run(ReadClocks().instant + 10ms);
-    }
-  };
-  if (client_.phase() == Client::Phase::connected && node_) {
-    node_->Farewell();
-    flush();
-  } else if (client_.phase() == Client::Phase::connected) {
-    client_.Publish(topics_.Own("status"), "offline", 1, true, [](const Delivery&) {});
+  if (client_.phase() == Client::Phase::connected && !node_) {
+    SendAnswers();
+    // A message with QoS 1 could wait behind stored values that the broker has not confirmed.
+    client_.Publish(topics_.Own("status"), "offline", 0, true);
     const Now now = ReadClocks();
     live_.Each([&](const LivePoints::Point& at) {
       while (client_.busy() && ReadClocks().instant < end) client_.Run(ReadClocks().instant + 10ms);
@@ -421,8 +419,9 @@ void Session::Farewell() {
                       PointPayload(settings_.payload, at.point.unit, gone, NextSeq(now.wall)), 0,
                       true);
     });
-    flush();
+    while (client_.busy() && ReadClocks().instant < end) client_.Run(ReadClocks().instant + 10ms);
   }
+  // The broker publishes the will: `offline`, or NDEATH.
   client_.Close();
   TakeMail();
   Show();

@@ -68,7 +68,7 @@ class Session final : public outlet::Receiver {
     std::function<void(bool)> connected{};
     Duration patience = Client::kPatience;
   };
-  Session(std::shared_ptr<const config::Config> config, Links links);
+  Session(const std::shared_ptr<const config::Config>& config, Links links);
 
   /// One round of work, about kTick. `last`: publishes `offline` and that no value is good any
   /// more, in at most kFarewell.
@@ -102,6 +102,7 @@ class Session final : public outlet::Receiver {
   void Tidy(const Message& message);
   void EachEntity(std::uint32_t device, const std::function<void(const Entity&)>& visit) const;
   void Work(Now now);
+  void SendAnswers();
   void SendValues(Now now);
   /// Publishes the messages for Home Assistant of as many devices as the network takes.
   void SendEntities();

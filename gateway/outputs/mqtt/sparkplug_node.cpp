@@ -170,7 +170,7 @@ void SparkplugNode::Send(Now now) {
 }
 
 void SparkplugNode::SendStored(const outlet::Portion& portion,
-                               std::function<void(outlet::Answer)> done) {
+                               const std::function<void(outlet::Answer)>& done) {
   const Now now = ReadClocks();
   std::map<std::string, bus::PointRef> places;
   live_.Each([&](const LivePoints::Point& at) {
@@ -259,11 +259,6 @@ void SparkplugNode::TakeWrite(const Message& message, const sparkplug::Payload& 
     });
     if (at) write_(*at, ToText(metric.value), message.retained);
   }
-}
-
-void SparkplugNode::Farewell() {
-  client_.Publish(Topic("NDEATH"), Death(), 1, false, [](const Delivery&) {});
-  born_ = false;
 }
 
 }  // namespace baudgate::mqtt

@@ -48,11 +48,9 @@ class SparkplugNode {
   bool born() const { return born_ && next_birth_ == live_.size(); }
   /// Makes all births due again, because the points have changed.
   void Rebirth();
-  void SendStored(const outlet::Portion& portion, std::function<void(outlet::Answer)> done);
+  void SendStored(const outlet::Portion& portion, const std::function<void(outlet::Answer)>& done);
   /// The number of values that were published, without stored ones.
   std::uint64_t values() const { return values_; }
-  /// Publishes NDEATH, for an end that is no loss.
-  void Farewell();
 
  private:
   enum class DeviceState : std::uint8_t { unborn, born, dead };

@@ -41,7 +41,7 @@ class SessionTest : public ::testing::Test {
 
   void StartSession() {
     Session::Links links{store_, sink_, feed_, cursors_, true};
-    links.patience = 500ms;
+    links.patience = 400ms;
     links.connected = [this](bool connected) { connected_ = connected; };
     session_ = std::make_unique<Session>(std::make_shared<const config::Config>(config_), links);
     thread_ = std::jthread([this](const std::stop_token& stop) {

@@ -111,13 +111,13 @@ class EdgeNode : public ::testing::Test {
     config_.mqtt.payload = config::Mqtt::Payload::sparkplug;
     EXPECT_TRUE(broker_.Start());
     listener_ = std::make_unique<MqttListener>(broker_.port(), "spBv1.0/#");
-    std::this_thread::sleep_for(100ms);
+    std::this_thread::sleep_for(50ms);
   }
   ~EdgeNode() override { Stop(); }
 
   void Start() {
     Session::Links links{store_, sink_};
-    links.patience = 500ms;
+    links.patience = 400ms;
     links.connected = [this](bool connected) { connected_ = connected; };
     session_ = std::make_unique<Session>(std::make_shared<const config::Config>(config_), links);
     thread_ = std::jthread([this](const std::stop_token& stop) {
@@ -289,12 +289,12 @@ TEST_F(EdgeNode, WaitsForItsPrimaryHost) {
   const std::string state = "spBv1.0/STATE/scada";
   ASSERT_TRUE(
       MqttListener::Wait([&] { return session_->state().phase == Client::Phase::connected; }));
-  std::this_thread::sleep_for(300ms);
+  std::this_thread::sleep_for(150ms);
   EXPECT_TRUE(All().empty());
   listener_->Publish(state, R"({"online":true,"timestamp":100})", true);
   ASSERT_TRUE(Wait("NBIRTH", 1));
   listener_->Publish(state, R"({"online":false,"timestamp":99})");
-  std::this_thread::sleep_for(300ms);
+  std::this_thread::sleep_for(150ms);
   EXPECT_TRUE(Of("NDEATH").empty()) << "an older STATE";
   listener_->Publish(state, R"({"online":false,"timestamp":101})", true);
   ASSERT_TRUE(Wait("NDEATH", 1)) << "by the will";
