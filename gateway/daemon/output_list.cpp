@@ -113,6 +113,15 @@ std::unique_ptr<outputs::Output> MakeDds(const OutputLinks& links) {
   return std::make_unique<dds::DdsOutput>(std::move(dds));
 }
 
+/// Returns a function that raises and ends the alarms of an outlet.
+outlet::TellAlarms TellAlarmsOf(const OutputLinks& links, const std::string& name) {
+  return [&records = links.records, name](const outlet::OutletAlarms& alarms, Now now) {
+    if (auto* const events = records.events()) {
+      events->OnOutlet(name, alarms.away, alarms.refused, now);
+    }
+  };
+}
+
 std::unique_ptr<outputs::Output> MakeMqtt(const OutputLinks& links) {
   const records::Records& records = links.records;
   mqtt::MqttOutput::Links mqtt{links.store, links.commands};
@@ -123,6 +132,7 @@ std::unique_ptr<outputs::Output> MakeMqtt(const OutputLinks& links) {
   mqtt.keeps_events = records.keeps_events();
   if (records.state() != nullptr) mqtt.state = records.state()->path();
   mqtt.why_no_state = records.why_no_state();
+  mqtt.alarms = TellAlarmsOf(links, "mqtt");
   return std::make_unique<mqtt::MqttOutput>(std::move(mqtt));
 }
 
@@ -131,12 +141,7 @@ std::unique_ptr<outputs::Output> MakeRemoteWrite(const OutputLinks& links) {
   remote_write::RemoteWriteOutput::Links its;
   if (state != nullptr) its.folder = state->path();
   its.why_no_folder = links.records.why_no_state();
-  its.alarms = [&records = links.records](const std::string& away, const std::string& refused,
-                                          Now now) {
-    if (auto* const events = records.events()) {
-      events->OnOutlet("remote_write", away, refused, now);
-    }
-  };
+  its.alarms = TellAlarmsOf(links, "remote_write");
   return std::make_unique<remote_write::RemoteWriteOutput>(std::move(its));
 }
 

@@ -18,6 +18,10 @@ constexpr outputs::Metric kEvents{"baudgate_mqtt_events_total", "counter",
 constexpr outputs::Metric kLost{"baudgate_mqtt_connections_lost_total", "counter",
                                 "Connections to the broker that have ended."};
 
+constexpr outlet::MetricNames kStored = {"baudgate_mqtt_behind_seconds",
+                                         "baudgate_mqtt_confirmed_total",
+                                         "baudgate_mqtt_refused_total", "baudgate_mqtt_gaps_total"};
+
 /// How long Stop waits for the last round of the session, beyond Session::kFarewell.
 constexpr Duration kPatience = Session::kFarewell + 500ms;
 
@@ -53,6 +57,14 @@ Status MqttOutput::Open(const Configuration& config) {
   options.folder = links_.state;
   options.why_no_folder = links_.why_no_state;
   options.connected = false;
+  options.watch = [session = session_, alarms = links_.alarms](const outlet::ForwarderState& stored,
+                                                               Now now) {
+    if (!alarms) return;
+    outlet::OutletAlarms its = outlet::AlarmsOf(stored, now.wall);
+    const std::string trouble = session->state().trouble;
+    if (!its.away.empty() && !trouble.empty()) its.away = trouble;
+    alarms(its, now);
+  };
   options.warn = [](const std::string& text) { log::Warn("{}", text); };
   options.inform = [](const std::string& text) { log::Info("{}", text); };
   forwarder_ = std::make_unique<outlet::Forwarder>(std::move(options));
@@ -115,22 +127,22 @@ std::optional<outputs::Output::Json> MqttOutput::Section(const Wish& /*wish*/) c
   json["events_skipped"] = state.events_skipped;
   json["commands"] = state.commands;
   json["times_lost"] = state.times_lost;
-  const outlet::ForwarderState stored = forwarder_->state();
-  json["stored"] = stored.has_history ? Json{{"behind_ms", stored.behind / 1ms},
-                                             {"sent", stored.sent},
-                                             {"confirmed", stored.confirmed},
-                                             {"put_aside", stored.put_aside},
-                                             {"gaps", stored.gaps}}
-                                      : Json(nullptr);
+  outlet::ForwarderState stored = forwarder_->state();
+  // Without a connection, the session tells why values wait.
+  if (state.phase != Client::Phase::connected) stored.trouble.clear();
   Json& advice = json["advice"] = Json::array();
   if (session_->is_blocked()) {
     advice.push_back("the name service has not found the broker " + state.broker + " yet");
   }
-  const bool is_connected = state.phase == Client::Phase::connected;
-  for (const std::string& text :
-       {state.trouble, state.refused, state.events_note, is_connected ? stored.trouble : "",
-        stored.refused, stored.last_gap ? stored.last_gap->why : ""}) {
+  for (const std::string& text : {state.trouble, state.refused, state.events_note}) {
     if (!text.empty()) advice.push_back(text);
+  }
+  json["stored"] = nullptr;
+  if (stored.has_history) {
+    Json section = outlet::SectionOf(stored);
+    for (const Json& text : section["advice"]) advice.push_back(text);
+    section.erase("advice");
+    json["stored"] = std::move(section);
   }
   if (state.events_skipped > 0) {
     advice.push_back(std::to_string(state.events_skipped) +
@@ -142,10 +154,15 @@ std::optional<outputs::Output::Json> MqttOutput::Section(const Wish& /*wish*/) c
 std::vector<outputs::Series> MqttOutput::Metrics() const {
   if (!session_) return {};
   const SessionState state = session_->state();
-  return {outputs::Series(kConnected, state.phase == Client::Phase::connected ? 1 : 0),
-          outputs::Series(kValues, static_cast<double>(state.messages)),
-          outputs::Series(kEvents, static_cast<double>(state.events)),
-          outputs::Series(kLost, static_cast<double>(state.times_lost))};
+  std::vector<outputs::Series> series = {
+      outputs::Series(kConnected, state.phase == Client::Phase::connected ? 1 : 0),
+      outputs::Series(kValues, static_cast<double>(state.messages)),
+      outputs::Series(kEvents, static_cast<double>(state.events)),
+      outputs::Series(kLost, static_cast<double>(state.times_lost))};
+  const outlet::ForwarderState stored = forwarder_->state();
+  if (!stored.has_history) return series;
+  for (outputs::Series& one : outlet::SeriesOf(kStored, stored)) series.push_back(std::move(one));
+  return series;
 }
 
 }  // namespace baudgate::mqtt

@@ -15,6 +15,7 @@
 #include "gateway/base/worker.h"
 #include "gateway/outputs/mqtt/session.h"
 #include "gateway/outputs/outlet/outlet.h"
+#include "gateway/outputs/outlet/report.h"
 #include "gateway/outputs/output.h"
 
 namespace baudgate::mqtt {
@@ -30,6 +31,7 @@ class MqttOutput final : public outputs::Output {
     bool keeps_events = false;
     std::filesystem::path state{};  ///< the state folder; empty: `why_no_state`
     std::string why_no_state{};
+    outlet::TellAlarms alarms{};
   };
   explicit MqttOutput(Links links) : links_(std::move(links)) {}
   ~MqttOutput() override { MqttOutput::Stop(); }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -23,6 +24,9 @@ struct OutletAlarms {
 };
 inline constexpr Duration kLongAway = 10min;
 OutletAlarms AlarmsOf(const ForwarderState& state, WallTime now);
+
+/// Receives the alarms of an outlet again and again, on the forwarder's thread. Null: nobody does.
+using TellAlarms = std::function<void(const OutletAlarms& alarms, Now now)>;
 
 /// The names of an outlet's metrics: "baudgate_mqtt_behind_seconds" and so on.
 struct MetricNames {

@@ -22,8 +22,7 @@ RemoteWriteOutput::Running::Running(const config::Config& config, const Links& l
                  .why_no_folder = links.why_no_folder,
                  .watch =
                      [alarms = links.alarms](const outlet::ForwarderState& state, Now now) {
-                       const outlet::OutletAlarms its = outlet::AlarmsOf(state, now.wall);
-                       if (alarms) alarms(its.away, its.refused, now);
+                       if (alarms) alarms(outlet::AlarmsOf(state, now.wall), now);
                      },
                  .warn = [](const std::string& line) { log::Warn("{}", line); },
                  .inform = [](const std::string& line) { log::Info("{}", line); }}) {}
@@ -49,7 +48,7 @@ std::vector<std::string> RemoteWriteOutput::Apply(const Configuration& config,
     running.reset();  // waits for the thread
     if (!next.on) {
       log::Info("remote_write: ended");
-      if (links_.alarms) links_.alarms({}, {}, ReadClocks());
+      if (links_.alarms) links_.alarms({}, ReadClocks());
     }
   }
   if (!next.on) return {};

@@ -15,6 +15,7 @@
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
 #include "gateway/outputs/outlet/outlet.h"
+#include "gateway/outputs/outlet/report.h"
 #include "gateway/outputs/output.h"
 #include "gateway/outputs/remote_write/writer.h"
 
@@ -26,7 +27,7 @@ class RemoteWriteOutput final : public outputs::Output {
     std::filesystem::path folder;  ///< the state folder; empty: `why_no_folder`
     std::string why_no_folder;
     /// Raises and ends the alarms of this output (records::EventPath::OnOutlet).
-    std::function<void(const std::string& away, const std::string& refused, Now now)> alarms;
+    outlet::TellAlarms alarms;
   };
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     // A connection, a lookup of its name, a file of the history, and the place with its log.
