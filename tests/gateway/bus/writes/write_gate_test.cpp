@@ -254,7 +254,8 @@ TEST_F(WriteGateTest, APointCanBeTheMaximumOfAnotherPoint) {
   const auto& why_not = sink_.commands.at(0).why_not;
   EXPECT_EQ(why_not(now_), std::nullopt);
   Show(kCurrent, 45.0);
-  EXPECT_THAT(why_not(now_), Optional(HasSubstr("50 is above the maximum, 45")))
+  EXPECT_THAT(why_not(now_),
+              Optional(::testing::Field(&Withheld::why, HasSubstr("50 is above the maximum, 45"))))
       << "before it is sent";
   Show(kCurrent, 50.0, Quality::uncertain);
   EXPECT_EQ(Write({{kSetting, 1.0}}), Why::locked);
