@@ -71,7 +71,7 @@ class RemoteWrite : public Station {
     })) << Section().dump();
     std::unique_ptr<Child> receiver = start();
     ASSERT_TRUE(Eventually([&] { return Section()["confirmed"] > 10; })) << Section().dump();
-    for (int round = 0; round < 2; ++round) {
+    for (int rounds = signal == SIGKILL ? 2 : 1; rounds > 0; --rounds) {
       Kill(daemon);
       daemon = StartDaemon(Yaml(UrlOf(path)));
       ASSERT_TRUE(Eventually([&] { return Section()["confirmed"] > 10; })) << Section().dump();
