@@ -10,7 +10,7 @@
 namespace baudgate::mqtt {
 namespace {
 
-/// A gateway that has never published events begins with so many of the newest.
+/// If the gateway has never published events, it begins with this many of the newest events.
 constexpr std::int64_t kEventImage = 1000;
 constexpr std::size_t kEventsAtATime = 100;
 constexpr std::size_t kAlarmsAtATime = 1000;

@@ -29,7 +29,7 @@ namespace baudgate::mqtt {
 
 class SparkplugNode {
  public:
-  /// Carries out a write of a host. `value`: as text.
+  /// Passes the write request of a host on. `value`: as text.
   using Write = std::function<void(bus::PointRef at, const std::string& value, bool retained)>;
 
   /// The references must outlive this object. `gateway`: the name of the edge node. `barrier`: the

@@ -40,8 +40,8 @@ class RemoteWriter final : public outlet::Receiver {
  public:
   static constexpr Duration kConnectTimeout = 10s;
   static constexpr Duration kTimeout = 30s;
-  /// Values up to the time of one that was too old for the receiver are not sent to it for this
-  /// time.
+  /// After the receiver has refused a value as too old, values that are as old or older are not
+  /// sent for this time.
   static constexpr Duration kTooOldFor = 10min;
 
   explicit RemoteWriter(config::RemoteWrite settings);

@@ -79,7 +79,7 @@ class KeptReader::Span {
       if (!ReadPoint(index, most, part)) return false;
       if (part.values.size() >= most) return true;
       if (has_chunks_) continue;
-      // Without chunks, points that have no row are passed over.
+      // If no chunk belongs to the span, the next point is the next one that has a row.
       const auto row = std::ranges::upper_bound(rows_, index, {}, &Row::point);
       if (row == rows_.end()) break;
       at += row->point - index - 1;

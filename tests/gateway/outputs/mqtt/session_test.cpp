@@ -31,7 +31,7 @@ constexpr char kStatus[] = "baudgate/gate/status";
 /// A gateway whose session runs on a thread, and a broker that is not started yet.
 class SessionTest : public ::testing::Test {
  protected:
-  /// The broker keeps what it has for a listener with an id when it is stopped by SIGTERM.
+  /// A broker that is stopped by SIGTERM keeps the waiting messages of listeners that have an id.
   explicit SessionTest(const std::string& more =
                            "allow_anonymous true\npersistence true\n"
                            "persistence_location DIR/\n"
