@@ -34,7 +34,7 @@ TEST_F(Events, AreListedAndFollowed) {
   const Json first = Records().front();
   const std::vector<std::string> fields = {"seq",   "receive_time", "device_time", "clock_quality",
                                            "line",  "device",       "channel",     "code",
-                                           "state", "text",         "record"};
+                                           "state", "priority",     "text",        "record"};
   EXPECT_EQ(first.size(), fields.size());
   for (const std::string& field : fields) EXPECT_TRUE(first.contains(field)) << field;
   EXPECT_EQ(first["seq"], 1);
@@ -58,7 +58,7 @@ TEST_F(Events, AreListedAndFollowed) {
   EXPECT_THAT(Ask().output, HasSubstr("stage I> started: 1"));
   EXPECT_THAT(Ask({"--csv"}).output,
               StartsWith("seq,receive_time,device_time,clock_quality,line,device,channel,code,"
-                         "state,text,record\r\n1,20"));
+                         "state,priority,text,record\r\n1,20"));
   EXPECT_EQ(Ask({"--csv", "--json"}).code, 2);
   const Json status = Status()["events"];
   EXPECT_EQ(status["state"], "fine");

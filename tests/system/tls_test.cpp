@@ -169,7 +169,7 @@ TEST_F(Tls, APortIsServedToForeignPrograms) {
   EXPECT_TRUE(EventuallyLogged(*daemon, "CN=client")) << tool->Errors();
   EXPECT_TRUE(EventuallyLogged(*daemon, "security: login CN=client")) << tool->Errors();
   const Finished answer = Command({"read", "--port", pty, "--profile", "module", "--address", "1"});
-  EXPECT_THAT(answer.output, HasSubstr("100.2")) << answer.errors << daemon->Errors();
+  EXPECT_THAT(answer.output, HasSubstr("100.3")) << answer.errors << daemon->Errors();
 }
 
 }  // namespace
