@@ -154,7 +154,8 @@ export function overview(root) {
   const paint = () => {
     if (!status) return;
     const list = problemsOf(status, alarms);
-    const marred = new Set(list.filter((one) => one.key.startsWith('device ')).map((one) => one.subject));
+    // A device with a mere hint works.
+    const marred = new Set(list.filter((one) => one.key.startsWith('device ') && one.kind !== 'info').map((one) => one.subject));
     failure.paint(null);
     headline.paint(...health(status, list));
     trial.paint(status.configuration);

@@ -64,7 +64,7 @@ export function gatewayProblems(status) {
   };
   for (const [name, key, at] of [['DDS', 'dds', 'dds'], ['Events', 'events', 'records'], ['History', 'history', 'records'],
     ['Audit', 'audit', 'records'], ['Configuration', 'configuration', 'configuration'], ['Files', 'files', ''], ['Page', 'web', ''],
-    ['MQTT', 'mqtt', '']]) add('warn', name, status[key]?.advice, `#/system${at && `?at=${at}`}`);
+    ['MQTT', 'mqtt', ''], ['Remote write', 'remote_write', '']]) add('warn', name, status[key]?.advice, `#/system${at && `?at=${at}`}`);
   for (const one of [...status.modbus.closed, ...(status.modbus.other_framing || [])]) add('bad', `Modbus ${one.listener}`, one.advice);
   for (const one of status.modbus.masters) add('warn', `Master on ${one.port}`, one.advice, '#/system?at=masters');
   for (const one of status.modbus.routes) add('warn', `Route ${one.units} to ${one.target}`, one.advice, '#/system?at=routes');
