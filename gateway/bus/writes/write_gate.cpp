@@ -49,10 +49,12 @@ Result<Value> ParseValue(const config::Point& point, std::string_view text) {
 namespace {
 
 /// Returns the tolerance for rounding errors in a number that a client has computed: 0.1 + 0.2 is
-/// 0.30000000000000004. `size`: the largest number in the computation. Zero for whole numbers.
+/// 0.30000000000000004. `size`: the largest number in the computation. Zero for whole numbers. At
+/// most 0.001, so that a fraction such as 4294967295.4 does not pass as a whole number.
 Decimal SlackOf(const Value& value, const Decimal& size) {
-  constexpr int kDigits = 9;
-  return std::holds_alternative<double>(value) ? Abs(size).Shifted(-kDigits) : Decimal();
+  constexpr int kDigits = 13;  // a double has 15
+  if (!std::holds_alternative<double>(value)) return Decimal();
+  return std::min(Abs(size).Shifted(-kDigits), Decimal(1).Shifted(-3));
 }
 
 bool IsMultiple(const Value& value, const Decimal& number, const Decimal& step) {

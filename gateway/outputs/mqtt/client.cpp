@@ -11,6 +11,9 @@
 
 #include <algorithm>
 #include <array>
+#include <csetjmp>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -18,6 +21,24 @@
 #include "gateway/base/secret_file.h"
 #include "gateway/base/shown.h"
 #include "transports/tls_files.h"
+
+// libmosquitto 2.0.11 calls assert() when a broker sends a property that MQTT 5 does not define: it
+// logs the property without a client (property__read, log__printf), which would end the gateway and
+// all its lines. `ReadPackets` returns in place of this assert. Only C functions of the library,
+// which hold no lock, are on the stack between the two.
+namespace {
+constexpr char kAsserting[] = "logging_mosq.c";
+thread_local std::jmp_buf* way_out = nullptr;
+}  // namespace
+
+// The program's function takes precedence over that of the C library.
+// NOLINTNEXTLINE(bugprone-reserved-identifier)
+extern "C" [[noreturn]] __attribute__((visibility("default"))) void __assert_fail(
+    const char* what, const char* file, unsigned line, const char* function) noexcept {
+  if (way_out != nullptr && std::strstr(file, kAsserting) != nullptr) std::longjmp(*way_out, 1);
+  std::fprintf(stderr, "%s:%u: %s: Assertion `%s' failed.\n", file, line, function, what);
+  std::abort();
+}
 
 namespace baudgate::mqtt {
 namespace {
@@ -34,10 +55,30 @@ void PrepareLibrary() {
   static_cast<void>(prepared);
 }
 
-/// True if the broker would refuse the same message again.
-bool IsFinal(int code) {
-  return code == MQTT_RC_NOT_AUTHORIZED || code == MQTT_RC_TOPIC_NAME_INVALID ||
-         code == MQTT_RC_PAYLOAD_FORMAT_INVALID || code == MQTT_RC_PACKET_TOO_LARGE;
+Delivery::Kind KindOf(int code) {
+  switch (code) {
+    case MQTT_RC_NOT_AUTHORIZED:
+      return Delivery::Kind::denied;
+    case MQTT_RC_TOPIC_NAME_INVALID:
+    case MQTT_RC_PAYLOAD_FORMAT_INVALID:
+    case MQTT_RC_PACKET_TOO_LARGE:
+      return Delivery::Kind::refused;
+    default:
+      return Delivery::Kind::retry;
+  }
+}
+
+/// Reads what has arrived. Returns a code of libmosquitto.
+int ReadPackets(mosquitto* its) {
+  std::jmp_buf here;
+  if (setjmp(here) != 0) {
+    way_out = nullptr;
+    return MOSQ_ERR_MALFORMED_PACKET;
+  }
+  way_out = &here;
+  const int code = mosquitto_loop_read(its, kPacketsAtOnce);
+  way_out = nullptr;
+  return code;
 }
 
 std::string ReasonOf(int code) {
@@ -91,7 +132,18 @@ struct Client::Callbacks {
     client.confirmed_at_ = ReadClocks().instant;
     if (!delivered) return;
     if (static_cast<unsigned>(code) < kFirstError) return delivered({});
-    delivered({IsFinal(code) ? Delivery::Kind::refused : Delivery::Kind::retry, ReasonOf(code)});
+    delivered({KindOf(code), ReasonOf(code), true});
+  }
+  static void Subscribed(mosquitto*, void* self, int number, int count, const int* codes,
+                         const mosquitto_property*) {
+    Client& client = Of(self);
+    const auto found = client.subscriptions_.find(number);
+    if (found == client.subscriptions_.end()) return;
+    const std::string filter = std::move(found->second);
+    client.subscriptions_.erase(found);
+    if (count > 0 && static_cast<unsigned>(codes[0]) >= kFirstError) {
+      client.handler_.refused("a subscription of " + filter, ReasonOf(codes[0]));
+    }
   }
   static void Received(mosquitto*, void* self, const mosquitto_message* message,
                        const mosquitto_property*) {
@@ -144,6 +196,9 @@ std::string Client::Explain(int code) const {
     }
     return "does not complete TLS (" + tls_error_ + ")";
   }
+  if (code == MOSQ_ERR_MALFORMED_PACKET || code == MOSQ_ERR_PROTOCOL) {
+    return "sends bytes that are not MQTT 5";
+  }
   if (code == MOSQ_ERR_KEEPALIVE) return "has not answered for " + FormatAge(kKeepAlive * 1s);
   if (phase_ == Phase::connecting) return "has closed the connection without an answer";
   if (code > 0 && static_cast<unsigned>(code) >= kFirstError) {
@@ -163,6 +218,7 @@ std::string Client::Prepare() {
   mosquitto_disconnect_v5_callback_set(its, &Callbacks::Ended);
   mosquitto_publish_v5_callback_set(its, &Callbacks::Published);
   mosquitto_message_v5_callback_set(its, &Callbacks::Received);
+  mosquitto_subscribe_v5_callback_set(its, &Callbacks::Subscribed);
   mosquitto_log_callback_set(its, &Callbacks::Logged);
   const Will will = handler_.will();
   mosquitto_will_set(its, will.topic.c_str(), static_cast<int>(will.payload.size()),
@@ -229,6 +285,7 @@ void Client::Drop() {
   const bool was_connected = phase_ == Phase::connected;
   phase_ = Phase::waiting;
   its_.reset();
+  subscriptions_.clear();
   const auto waiting = std::exchange(waiting_, {});
   for (const auto& [number, delivered] : waiting) {
     if (delivered) delivered({Delivery::Kind::retry, "the connection to the broker has ended"});
@@ -266,7 +323,7 @@ void Client::Step(Instant until) {
   const auto wait = std::chrono::ceil<std::chrono::milliseconds>(std::max(end - now, Duration(0)));
   ::poll(files.data(), files.size(), static_cast<int>(wait.count()));
   if (its_ && files[1].revents != 0) {
-    int code = mosquitto_loop_read(its_.get(), kPacketsAtOnce);
+    int code = ReadPackets(its_.get());
     if (code == MOSQ_ERR_SUCCESS && (files[1].revents & POLLOUT) != 0) {
       code = mosquitto_loop_write(its_.get(), kPacketsAtOnce);
     }
@@ -306,12 +363,23 @@ void Client::Gather(bool on) {
 }
 
 std::string Client::Publish(const std::string& topic, std::string_view payload, int qos,
-                            bool retained, Delivered delivered) {
+                            bool retained, Delivered delivered, std::uint32_t lifetime) {
   if (phase_ != Phase::connected || ended_) return "the broker is not connected";
   int number = 0;
+  mosquitto_property* properties = nullptr;
+  if (lifetime > 0) {
+    mosquitto_property_add_int32(&properties, MQTT_PROP_MESSAGE_EXPIRY_INTERVAL, lifetime);
+  }
   const int code =
-      mosquitto_publish(its_.get(), &number, topic.c_str(), static_cast<int>(payload.size()),
-                        payload.data(), qos, retained);
+      mosquitto_publish_v5(its_.get(), &number, topic.c_str(), static_cast<int>(payload.size()),
+                           payload.data(), qos, retained, properties);
+  mosquitto_property_free_all(&properties);
+  if (code == MOSQ_ERR_OVERSIZE_PACKET) {
+    const char* const why = "the broker takes only smaller messages (Maximum Packet Size)";
+    handler_.refused("messages to " + topic, why);
+    if (delivered) delivered({Delivery::Kind::refused, why});
+    return {};
+  }
   // The loss of the connection is noticed by Run, with its reason.
   if (code != MOSQ_ERR_SUCCESS) return mosquitto_strerror(code);
   if (qos == 0) return {};
@@ -322,8 +390,10 @@ std::string Client::Publish(const std::string& topic, std::string_view payload, 
 
 void Client::Subscribe(const std::string& filter) {
   if (phase_ != Phase::connected) return;
-  mosquitto_subscribe_v5(its_.get(), nullptr, filter.c_str(), 1,
+  int number = 0;
+  mosquitto_subscribe_v5(its_.get(), &number, filter.c_str(), 1,
                          MQTT_SUB_OPT_NO_LOCAL | MQTT_SUB_OPT_RETAIN_AS_PUBLISHED, nullptr);
+  subscriptions_[number] = filter;
 }
 
 void Client::Unsubscribe(const std::string& filter) {

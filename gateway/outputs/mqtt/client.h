@@ -41,9 +41,11 @@ struct Delivery {
   enum class Kind : std::uint8_t {
     confirmed,
     retry,    ///< the connection ended before the answer, or the broker is full
+    denied,   ///< the broker's access rules do not permit the topic until somebody changes them
     refused,  ///< the broker does not accept this message, now or later
   } kind = Kind::confirmed;
-  std::string why{};  ///< for people; empty if confirmed
+  std::string why{};       ///< for people; empty if confirmed
+  bool by_broker = false;  ///< true: the broker has answered with an error
 };
 using Delivered = std::function<void(const Delivery&)>;
 
@@ -64,6 +66,8 @@ class Client {
     std::function<void()> connected;
     std::function<void()> lost;
     std::function<void(const Message&)> message;
+    /// `what` is not accepted: "messages to TOPIC", "a subscription of FILTER".
+    std::function<void(const std::string& what, const std::string& why)> refused;
   };
   enum class Phase : std::uint8_t { waiting, connecting, connected };
 
@@ -80,9 +84,10 @@ class Client {
   void Wake();
 
   /// Publishes a message, if the client is connected. `delivered`: called in Run, or in Close; only
-  /// for QoS 1. Returns why it cannot be sent; empty: it was sent.
+  /// for QoS 1. `lifetime`: seconds after which the broker forgets the message; 0: never. Returns
+  /// why it cannot be sent; empty: it was sent, or is refused.
   std::string Publish(const std::string& topic, std::string_view payload, int qos, bool retained,
-                      Delivered delivered = {});
+                      Delivered delivered = {}, std::uint32_t lifetime = 0);
   /// Subscribes a filter with QoS 1. A retained message keeps its mark also if it is new.
   void Subscribe(const std::string& filter);
   void Unsubscribe(const std::string& filter);
@@ -128,11 +133,12 @@ class Client {
   Duration pause_;
   std::minstd_rand random_{std::random_device{}()};
   std::string trouble_;
-  std::string tls_error_;             ///< last message of the library about TLS
-  std::optional<std::string> ended_;  ///< set by a callback: why the connection has ended
-  bool accepted_ = false;             ///< set by a callback: the broker has answered
-  std::map<int, Delivered> waiting_;  ///< by the number of the message
-  Instant confirmed_at_{};            ///< last confirmation, or first message that waits for it
+  std::string tls_error_;                     ///< last message of the library about TLS
+  std::optional<std::string> ended_;          ///< set by a callback: why the connection has ended
+  bool accepted_ = false;                     ///< set by a callback: the broker has answered
+  std::map<int, Delivered> waiting_;          ///< by the number of the message
+  std::map<int, std::string> subscriptions_;  ///< filters that wait for an answer, by number
+  Instant confirmed_at_{};  ///< last confirmation, or first message that waits for it
   std::uint64_t times_lost_ = 0;
   std::atomic<bool> blocked_ = false;
 };

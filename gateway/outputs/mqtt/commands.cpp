@@ -6,6 +6,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
+#include "gateway/outputs/status/value_json.h"
 
 namespace baudgate::mqtt {
 namespace {
@@ -35,7 +36,10 @@ Result<Command> ParseCommand(const std::string& payload) {
   if (payload.size() > Commands::kLongestPayload) return Error{"the command is too long"};
   Command command{std::string(Trim(payload))};
   if (!command.value.starts_with('{')) return command;
-  const Json json = Json::parse(payload, nullptr, false);
+  const auto parsed = status::ParseJson(payload);
+  if (!parsed) return Error{parsed.error()};
+  const Json& json = *parsed;
+  if (json.is_discarded()) return Error{"the command is not JSON"};
   const bool has_value = json.is_object() && json.contains("value") &&
                          (json["value"].is_primitive() && !json["value"].is_null());
   if (!has_value) return Error{"the command has no value; write for example {\"value\":12.5}"};

@@ -125,6 +125,7 @@ std::optional<outputs::Output::Json> MqttOutput::Section(const Wish& /*wish*/) c
   json["values"] = state.messages;
   json["events"] = state.events;
   json["events_skipped"] = state.events_skipped;
+  json["events_refused"] = state.events_refused;
   json["commands"] = state.commands;
   json["times_lost"] = state.times_lost;
   outlet::ForwarderState stored = forwarder_->state();
@@ -143,6 +144,9 @@ std::optional<outputs::Output::Json> MqttOutput::Section(const Wish& /*wish*/) c
     for (const Json& text : section["advice"]) advice.push_back(text);
     section.erase("advice");
     json["stored"] = std::move(section);
+  }
+  if (state.events_refused > 0) {
+    advice.push_back(std::to_string(state.events_refused) + " events were refused by the broker");
   }
   if (state.events_skipped > 0) {
     advice.push_back(std::to_string(state.events_skipped) +

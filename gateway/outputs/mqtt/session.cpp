@@ -2,6 +2,7 @@
 #include "gateway/outputs/mqtt/session.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "gateway/base/log.h"
@@ -17,6 +18,12 @@ constexpr std::size_t kAlarmsAtATime = 1000;
 constexpr Duration kAlarmPause = 1s;
 /// How long the broker may take to send the retained messages of a new subscription.
 constexpr Duration kTidyTime = 10s;
+/// `online` is repeated, and the broker forgets it after the lifetime: if gateway and broker lose
+/// their power together, no will is sent.
+constexpr Duration kOnlineEvery = 15s;
+constexpr std::uint32_t kOnlineLifetime = 45;  // seconds
+/// How long events wait after the broker has not accepted some.
+constexpr Duration kEventPause = 5s;
 
 constexpr char kSet[] = "/set";
 
@@ -35,7 +42,8 @@ Session::Session(const std::shared_ptr<const config::Config>& config, Links link
                               : Client::Will{topics_.Own("status"), "offline", true};
                },
                [this] { OnConnected(); }, [this] { OnLost(); },
-               [this](const Message& message) { OnMessage(message, ReadClocks()); }},
+               [this](const Message& message) { OnMessage(message, ReadClocks()); },
+               [this](const std::string& what, const std::string& why) { Refused(what, why); }},
               links_.patience),
       commands_(links_.store, links_.sink, "mqtt:" + settings_.client, [this] { client_.Wake(); }) {
   if (settings_.payload == config::Mqtt::Payload::sparkplug) {
@@ -138,10 +146,20 @@ std::int64_t Session::NextSeq(WallTime now) {
 }
 
 void Session::Note(const std::string& topic, const Delivery& delivery) {
-  if (delivery.kind != Delivery::Kind::refused) return;
-  shown_.refused = "the broker " + client_.broker().Address() + " does not accept messages to " +
-                   topic + ": " + delivery.why;
-  log::Warn("mqtt: {}", shown_.refused);
+  const std::string what = "messages to " + topic;
+  if (delivery.kind == Delivery::Kind::confirmed) {
+    if (refused_ == what) shown_.refused.clear();
+  } else if (delivery.by_broker) {
+    Refused(what, delivery.why);
+  }
+}
+
+void Session::Refused(const std::string& what, const std::string& why) {
+  const std::string text =
+      "the broker " + client_.broker().Address() + " does not accept " + what + ": " + why;
+  if (text != shown_.refused) log::Warn("mqtt: {}", text);
+  shown_.refused = text;
+  refused_ = what;
 }
 
 Delivered Session::Noting(const std::string& topic) {
@@ -155,6 +173,8 @@ void Session::OnConnected() {
   alarms_due_ = Instant{};
   events_open_ = 0;
   events_failed_ = false;
+  events_due_ = {};
+  stored_accepted_ = false;
   next_entities_ = 0;
   StartTidying();
   if (node_) return node_->OnConnected();
@@ -214,8 +234,11 @@ void Session::SendValues(Now now) {
 void Session::SendOnline() {
   const std::string topic = topics_.Own("status");
   // With Sparkplug the will is NDEATH, so nobody would publish `offline` after a loss.
-  online_ = node_ || client_.Publish(topic, "online", 1, true, Noting(topic)).empty();
-  if (!online_) return;
+  const bool again = online_;
+  online_ =
+      node_ || client_.Publish(topic, "online", 1, true, Noting(topic), kOnlineLifetime).empty();
+  online_due_ = ReadClocks().instant + kOnlineEvery;
+  if (!online_ || again) return;
   const MutexLock lock(outside_);
   if (!left_ && links_.connected) links_.connected(true);
 }
@@ -261,7 +284,11 @@ void Session::EndEvents(const Delivery& delivery, std::int64_t seq) {
   if (events_open_ == 0) return;
   --events_open_;
   Note(topics_.Own("events"), delivery);
-  if (delivery.kind == Delivery::Kind::retry) events_failed_ = true;
+  if (delivery.kind == Delivery::Kind::retry || delivery.kind == Delivery::Kind::denied) {
+    events_failed_ = true;
+    events_due_ = ReadClocks().instant + kEventPause;
+  }
+  if (delivery.kind == Delivery::Kind::refused) ++shown_.events_refused;
   if (events_failed_) return;
   if (delivery.kind == Delivery::Kind::confirmed) ++shown_.events;
   if (events_open_ > 0) return;
@@ -272,6 +299,7 @@ void Session::EndEvents(const Delivery& delivery, std::int64_t seq) {
 
 void Session::SendEvents() {
   if (!links_.feed || !links_.keeps_events || events_open_ > 0) return;
+  if (ReadClocks().instant < events_due_) return;
   if (!place_ && !FindPlace()) return;
   events_failed_ = false;
   const auto events = links_.feed->Take(*place_, kEventsAtATime);
@@ -302,6 +330,7 @@ void Session::SendPortion() {
 void Session::SendStored(const outlet::Portion& portion, std::function<void(outlet::Answer)> done) {
   struct Open {
     std::size_t left = 0;
+    std::vector<std::size_t> denied{};
     outlet::Answer answer{};
     std::function<void(outlet::Answer)> done;
   };
@@ -312,14 +341,25 @@ void Session::SendStored(const outlet::Portion& portion, std::function<void(outl
                                 const Delivery& delivery) {
     using Kind = outlet::Answer::Kind;
     Note(topic, delivery);
-    if (delivery.kind == Delivery::Kind::refused) {
+    if (delivery.kind == Delivery::Kind::confirmed) stored_accepted_ = true;
+    if (delivery.kind == Delivery::Kind::denied) {
+      open->denied.push_back(index);
+    } else if (delivery.kind == Delivery::Kind::refused) {
       open->answer.refused.push_back(index);
       if (open->answer.kind == Kind::confirmed) open->answer.kind = Kind::refused;
     } else if (delivery.kind == Delivery::Kind::retry) {
       open->answer.kind = Kind::retry;
     }
     if (!delivery.why.empty()) open->answer.why = "the broker does not confirm: " + delivery.why;
-    if (--open->left == 0) open->done(open->answer);
+    if (--open->left > 0) return;
+    // Somebody forbids single points on purpose. If nothing is permitted, the access rules are
+    // probably wrong, and no value must be lost until they are corrected.
+    if (!open->denied.empty() && !stored_accepted_) open->answer.kind = Kind::retry;
+    if (!open->denied.empty() && open->answer.kind != Kind::retry) {
+      open->answer.kind = Kind::refused;
+      std::ranges::copy(open->denied, std::back_inserter(open->answer.refused));
+    }
+    open->done(open->answer);
   };
   client_.Gather(true);
   for (std::size_t i = 0; i < portion.values.size(); ++i) {
@@ -365,7 +405,7 @@ void Session::Work(Now now) {
     if (settings_.homeassistant) SendEntities();
   }
   const bool ready = node_ ? node_->born() : live_.all_sent();
-  if (!online_ && ready) SendOnline();
+  if (ready && (!online_ || (!node_ && now.instant >= online_due_))) SendOnline();
   if (!online_) return;
   SendAlarms(now);
   SendEvents();

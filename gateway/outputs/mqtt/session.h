@@ -47,6 +47,7 @@ struct SessionState {
   std::uint64_t messages = 0;  ///< values that were published live
   std::uint64_t events = 0;    ///< events that the broker has confirmed
   std::uint64_t events_skipped = 0;
+  std::uint64_t events_refused = 0;  ///< events that the broker will never accept
   std::uint64_t commands = 0;
   std::uint64_t times_lost = 0;
 };
@@ -119,6 +120,7 @@ class Session final : public outlet::Receiver {
   /// Returns a callback that notes a refusal of this topic.
   Delivered Noting(const std::string& topic);
   void Note(const std::string& topic, const Delivery& delivery);
+  void Refused(const std::string& what, const std::string& why);
   void Show();
 
   std::shared_ptr<const config::Config> config_;
@@ -144,7 +146,11 @@ class Session final : public outlet::Receiver {
   std::optional<std::int64_t> place_;  // number of the last event that was confirmed
   std::size_t events_open_ = 0;        // events that wait for a confirmation
   bool events_failed_ = false;
-  Mail open_;  // the portion that is to be sent
+  Instant events_due_{};          // no events are sent before
+  Instant online_due_{};          // `online` is repeated at this time
+  bool stored_accepted_ = false;  // the broker has confirmed a stored value in this session
+  std::string refused_;           // the subject of shown_.refused
+  Mail open_;                     // the portion that is to be sent
   SessionState shown_;
 
   mutable Mutex mutex_;

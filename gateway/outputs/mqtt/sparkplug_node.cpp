@@ -211,7 +211,8 @@ void SparkplugNode::SendStored(const outlet::Portion& portion,
   const std::string failed = client_.Publish(
       barrier_, std::to_string(portion.values.back().seq), 1, false,
       [answer, done](const Delivery& delivery) {
-        const bool taken = delivery.kind != Delivery::Kind::retry;
+        const bool taken =
+            delivery.kind == Delivery::Kind::confirmed || delivery.kind == Delivery::Kind::refused;
         done(taken ? answer : outlet::Answer{outlet::Answer::Kind::retry, delivery.why});
       });
   client_.Gather(false);

@@ -1,9 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/status/value_json.h"
 
+#include <set>
+
+#include "gateway/base/text.h"
+
 namespace baudgate::status {
 
 using Json = nlohmann::ordered_json;
+
+Result<Json> ParseJson(const std::string& text) {
+  std::vector<std::set<std::string>> names;
+  std::string twice;
+  const auto look = [&](int, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::object_start) names.emplace_back();
+    if (event == Json::parse_event_t::object_end) names.pop_back();
+    if (event != Json::parse_event_t::key) return true;
+    const auto name = parsed.get<std::string>();
+    if (!names.back().insert(name).second) twice = name;
+    return true;
+  };
+  Json json = Json::parse(text, look, false);
+  if (!twice.empty()) return Error{"the member " + Quoted(twice) + " occurs twice"};
+  return json;
+}
 
 Json JsonOf(const bus::LineShares& shares, Now /*now*/) {
   Json json;

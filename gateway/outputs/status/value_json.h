@@ -17,12 +17,17 @@
 #include <vector>
 
 #include "config/model/point.h"
+#include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 #include "gateway/bus/points/device_status.h"
 #include "gateway/bus/points/line_status.h"
 
 namespace baudgate::status {
+
+/// Parses a text from outside as JSON. An error: a member of an object occurs twice, so its reader
+/// and its author could mean different values. A text that is no JSON gives a discarded value.
+Result<nlohmann::ordered_json> ParseJson(const std::string& text);
 
 /// Returns the time as ISO 8601 in UTC; null for the epoch, which means "not yet".
 inline nlohmann::ordered_json TimeJson(WallTime time) {

@@ -15,6 +15,7 @@
 #include "gateway/base/secret_file.h"
 #include "gateway/base/text.h"
 #include "gateway/outputs/status/status_json.h"
+#include "gateway/outputs/status/value_json.h"
 
 namespace baudgate::web {
 namespace {
@@ -219,7 +220,7 @@ std::string Unescaped(std::string_view text) {
 
 /// Returns a field of the request's body, which is a form or JSON; empty: there is no such field.
 std::string FieldOf(const Request& request, const std::string& name) {
-  const auto json = ParseBody(request);
+  const auto json = status::ParseJson(request.body);
   if (!json) return {};
   if (json->is_object()) {
     const auto found = json->find(name);

@@ -13,6 +13,7 @@
 #include "gateway/base/text.h"
 #include "gateway/outputs/status/records_json.h"
 #include "gateway/outputs/status/target.h"
+#include "gateway/outputs/status/value_json.h"
 #include "gateway/outputs/web/metrics.h"
 #include "gateway/outputs/web/points_json.h"
 #include "gateway/records/history/history_view.h"
@@ -259,7 +260,7 @@ Response LiveApi::Metrics(const Request&, Now now) {
 }
 
 void LiveApi::Acknowledge(const Request& request, const Answered& answered) {
-  const auto parsed = ParseBody(request);
+  const auto parsed = status::ParseJson(request.body);
   if (!parsed) return answered(Problem(400, parsed.error()));
   const Json& body = *parsed;
   if (!body.is_object() || body.size() != 1) {
@@ -330,7 +331,7 @@ Result<Json> TargetOf(const Json& body, const std::string& member) {
 
 void LiveApi::Operate(const Operation& operation, const Request& request,
                       const Answered& answered) {
-  const auto body = ParseBody(request);
+  const auto body = status::ParseJson(request.body);
   if (!body) return answered(Problem(400, body.error()));
   auto ask = operation.command == "write" ? WriteOf(*body)
                                           : TargetOf(*body, std::string(operation.member));

@@ -1,30 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/web/request.h"
 
-#include <nlohmann/json.hpp>
-#include <set>
-#include <vector>
-
-#include "gateway/base/text.h"
-
 namespace baudgate::web {
-
-Result<nlohmann::ordered_json> ParseBody(const Request& request) {
-  using Json = nlohmann::ordered_json;
-  std::vector<std::set<std::string>> names;
-  std::string twice;
-  const auto look = [&](int, Json::parse_event_t event, Json& parsed) {
-    if (event == Json::parse_event_t::object_start) names.emplace_back();
-    if (event == Json::parse_event_t::object_end) names.pop_back();
-    if (event != Json::parse_event_t::key) return true;
-    const auto name = parsed.get<std::string>();
-    if (!names.back().insert(name).second) twice = name;
-    return true;
-  };
-  Json json = Json::parse(request.body, look, false);
-  if (!twice.empty()) return Error{"the member " + Quoted(twice) + " occurs twice"};
-  return json;
-}
 
 std::string_view Title(int status) {
   switch (status) {

@@ -71,10 +71,6 @@ struct Response {
   std::shared_ptr<Stream> stream{};  ///< null: `body` is the answer
 };
 
-/// Parses the body of a request as JSON. An error: a member of an object occurs twice, so its
-/// reader and its author could mean different values. A body that is no JSON is discarded.
-Result<nlohmann::ordered_json> ParseBody(const Request& request);
-
 /// Takes the answer to a request. It is called once, on any thread.
 using Answered = std::function<void(Response)>;
 

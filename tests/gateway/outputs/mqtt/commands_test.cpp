@@ -58,7 +58,8 @@ TEST_F(CommandsTest, AreRefusedByTheRulesOfEveryWrite) {
       {R"({"value":12,"not_after":"soon"})", 1, "not_after"},
       {R"({"value":12,"confirm":"yes"})", 1, "no member"},
       {R"({"value":[12]})", 1, "no value"},
-      {R"({"value":12)", 1, "no value"},
+      {R"({"value":12)", 1, "not JSON"},
+      {R"({"value":12,"value":13})", 1, "occurs twice"},
       {std::string(5000, '1'), 1, "too long"},
   };
   for (const auto& [payload, point, reason, retained] : kCases) {

@@ -371,6 +371,13 @@ TEST_F(GuardedBrokerTest, SaysWhyTheBrokerIsNotUsedOrATopicNotAccepted) {
   const auto answer = awaited.Wait();
   EXPECT_EQ(answer.kind, outlet::Answer::Kind::refused);
   EXPECT_THAT(answer.refused, ElementsAre(1));
+  // If nothing was permitted yet, the access rules may be wrong: nothing is put aside.
+  StopSession();
+  StartSession();
+  EXPECT_TRUE(MqttListener::Wait([&] { return connected_.load(); }));
+  Awaited later;
+  session_->Send(PortionOf({"bay.feeder.secret"}), std::ref(later));
+  EXPECT_EQ(later.Wait().kind, outlet::Answer::Kind::retry);
   StopSession();
 
   config_.mqtt.tls.authorities = broker_.folder() / "other.pem";
@@ -390,6 +397,62 @@ TEST_F(GuardedBrokerTest, SaysWhyTheBrokerIsNotUsedOrATopicNotAccepted) {
   ::chmod((broker_.folder() / "password").c_str(), 0644);
   StartSession();
   TroubleIs("chmod 0600");
+}
+
+/// A broker of the test that answers to the first packet with bytes of its own.
+class RudeBroker {
+ public:
+  RudeBroker() : listening_(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0)) {
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(::bind(listening_, reinterpret_cast<sockaddr*>(&at), sizeof(at)), 0);
+    EXPECT_EQ(::listen(listening_, 1), 0);
+    socklen_t size = sizeof(at);
+    ::getsockname(listening_, reinterpret_cast<sockaddr*>(&at), &size);
+    port_ = ntohs(at.sin_port);
+  }
+  ~RudeBroker() {
+    ::close(connected_);
+    ::close(listening_);
+  }
+  std::uint16_t port() const { return port_; }
+  /// Accepts the client, and answers as soon as its first packet is there.
+  void Look(std::string_view answer) {
+    if (connected_ < 0) connected_ = ::accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK);
+    char packet[512];
+    if (connected_ < 0 || ::recv(connected_, packet, sizeof(packet), 0) <= 0) return;
+    EXPECT_GT(::send(connected_, answer.data(), answer.size(), MSG_NOSIGNAL), 0);
+  }
+
+ private:
+  int listening_;
+  int connected_ = -1;
+  std::uint16_t port_ = 0;
+};
+
+// libmosquitto 2.0.11 ends the process at the first four of these.
+TEST(Client, BytesThatAreNotMqttEndOnlyTheConnection) {
+  const std::string accepted("\x20\x03\x00\x00\x00", 5);
+  for (const std::string& answer : {std::string("\x20\x05\x00\x00\x02\x7f\x01", 7),
+                                    accepted + std::string("\x40\x06\x00\x01\x00\x02\x7f\x01", 8),
+                                    accepted + std::string("\x30\x06\x00\x01\x61\x02\x7f\x01", 8),
+                                    accepted + std::string("\xe0\x04\x00\x02\x7f\x01", 6),
+                                    accepted + "HTTP/1.1 400 Bad\r\n" + std::string(300, 'x'),
+                                    "SSH-2.0-x\r\n" + std::string(300, 'x')}) {
+    RudeBroker broker;
+    const config::Config config = testing::GatewayConfig(broker.port());
+    Client client(config.mqtt, {[] {
+                                  return Client::Will{"status", "offline", true};
+                                },
+                                [] {}, [] {}, [](const Message&) {},
+                                [](const std::string&, const std::string&) {}});
+    for (int round = 0; round < 1000 && client.trouble().empty(); ++round) {
+      client.Run(ReadClocks().instant + 5ms);
+      broker.Look(answer);
+    }
+    EXPECT_THAT(client.trouble(), HasSubstr("the broker mqtt://127.0.0.1:")) << answer;
+  }
 }
 
 }  // namespace
