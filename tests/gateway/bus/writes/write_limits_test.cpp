@@ -79,6 +79,8 @@ TEST(WriteLimits, AValueThatTheDeviceCannotRepresentIsRefused) {
   EXPECT_EQ(Inexact(point, std::int64_t{12}), "");
   point.scale = 1;
   EXPECT_NE(Inexact(point, 1.5), "") << "typed by a person";
+  EXPECT_NE(Inexact(point, 65534.00001), "");
+  EXPECT_NE(Inexact(SettingOf(Type::uint32), 4294967294.4), "") << "a fraction of a large number";
   point = SettingOf(Type::float32);
   point.scale = 0.1;
   point.offset = -5;
