@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/web/request.h"
 
+#include <nlohmann/json.hpp>
+
 namespace baudgate::web {
 
 std::string_view Title(int status) {
