@@ -99,6 +99,9 @@ MqttListener::MqttListener(std::uint16_t port, const std::string& filter, const 
   mosquitto_connect_callback_set(its_, [](mosquitto* its, void* self, int) {
     mosquitto_subscribe(its, nullptr, static_cast<MqttListener*>(self)->filter_.c_str(), 1);
   });
+  mosquitto_subscribe_callback_set(its_, [](mosquitto*, void* self, int, int, const int*) {
+    static_cast<MqttListener*>(self)->subscribed_ = true;
+  });
   mosquitto_message_callback_set(
       its_, [](mosquitto*, void* self, const mosquitto_message* message) {
         auto& listener = *static_cast<MqttListener*>(self);
@@ -110,6 +113,7 @@ MqttListener::MqttListener(std::uint16_t port, const std::string& filter, const 
       });
   mosquitto_connect_async(its_, "127.0.0.1", port, 5);
   mosquitto_loop_start(its_);
+  Wait([this] { return subscribed_.load(); });
 }
 
 MqttListener::~MqttListener() {

@@ -6,6 +6,7 @@
 #include <mosquitto.h>
 #include <sys/types.h>
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -52,8 +53,8 @@ class MqttListener {
     std::string payload;
     bool retained = false;
   };
-  /// `id`: the broker keeps the session of this client, so it misses no message. Empty: it does
-  /// not.
+  /// Waits until the broker has confirmed the subscription. `id`: the broker keeps the session of
+  /// this client, so it misses no message. Empty: it does not.
   MqttListener(std::uint16_t port, const std::string& filter, const std::string& id = {});
   ~MqttListener();
   MqttListener(const MqttListener&) = delete;
@@ -73,6 +74,7 @@ class MqttListener {
 
  private:
   mosquitto* its_ = nullptr;
+  std::atomic<bool> subscribed_ = false;
   std::string filter_;
   mutable std::mutex mutex_;
   std::vector<Message> messages_;

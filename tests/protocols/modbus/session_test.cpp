@@ -340,7 +340,7 @@ TEST_F(ModbusSession, ASlaveThatRefusesAHoleIsReadAroundIt) {
   const bus::DeviceStatus status = line_->StatusOf(0);
   EXPECT_EQ(status.last_outcome, Outcome::ok);
   EXPECT_EQ(status.findings.Count(Symptom::refusal), 0U)
-      << "no single point was refused, so nobody is told to remove points";
+      << "only the combined read was refused, so `status` must not advise to remove points";
   EXPECT_TRUE(AllGood(0));
   const auto long_reads = std::ranges::count_if(line_->sent, [](const Sent& sent) {
     return sent.text.size() == 8 && sent.text[1] == kReadHolding && sent.text[5] > 2;

@@ -129,7 +129,6 @@ TEST_F(SessionTest, PublishesValuesThenOnlineAndAgainAfterTheBrokerHasLostThem) 
 TEST_F(SessionTest, DeliversEachEventInOrderAndMovesItsCursorAfterTheBroker) {
   ASSERT_TRUE(broker_.Start());
   MqttListener listener(broker_.port(), "baudgate/gate/events", "observer");
-  std::this_thread::sleep_for(100ms);
   std::vector<events::EventRecord> old;
   for (std::int64_t seq = 1; seq <= 500; ++seq) old.push_back(Event(seq));
   feed_->Begin({.newest = 500, .events = old});
@@ -142,7 +141,8 @@ TEST_F(SessionTest, DeliversEachEventInOrderAndMovesItsCursorAfterTheBroker) {
   broker_.Kill(SIGTERM);
   AddEvents(501, 900);
   std::this_thread::sleep_for(200ms);
-  EXPECT_EQ(cursors_->Of(Session::kConsumer)->seq, 500) << "nobody has confirmed";
+  EXPECT_EQ(cursors_->Of(Session::kConsumer)->seq, 500)
+      << "the broker has confirmed no event after 500";
   ASSERT_TRUE(broker_.Start());
   AddEvents(901, 950);
   EXPECT_TRUE(at(950));
@@ -205,7 +205,6 @@ TEST_F(SessionTest, StoredValuesAreNotRetainedAndAreConfirmedByTheBroker) {
   ASSERT_TRUE(broker_.Start());
   EXPECT_TRUE(MqttListener::Wait([&] { return connected_.load(); }));
   MqttListener listener(broker_.port(), "baudgate/gate/+/+/+/history");
-  std::this_thread::sleep_for(100ms);
   session_->Send(PortionOf({"bay.feeder.current", "bay.feeder.gone"}), std::ref(awaited));
   EXPECT_EQ(awaited.Wait().kind, outlet::Answer::Kind::confirmed);
   EXPECT_TRUE(listener.WaitFor("baudgate/gate/bay/feeder/gone/history", "\"unit\":\"\""));

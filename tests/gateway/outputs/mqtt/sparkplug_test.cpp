@@ -111,7 +111,6 @@ class EdgeNode : public ::testing::Test {
     config_.mqtt.payload = config::Mqtt::Payload::sparkplug;
     EXPECT_TRUE(broker_.Start());
     listener_ = std::make_unique<MqttListener>(broker_.port(), "spBv1.0/#");
-    std::this_thread::sleep_for(50ms);
   }
   ~EdgeNode() override { Stop(); }
 
