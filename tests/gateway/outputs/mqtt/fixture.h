@@ -1,11 +1,15 @@
-// A gateway with a device that can be written, for the tests of MQTT.
+// A gateway with a device that can be written, and a session on a thread, for the tests of MQTT.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
+#include <thread>
+#include <utility>
 
 #include "config/model/config.h"
+#include "gateway/outputs/mqtt/session.h"
 
 namespace baudgate::mqtt::testing {
 
@@ -43,5 +47,33 @@ inline config::Config GatewayConfig(std::uint16_t port = 1883) {
   config.lines[0].devices = {device};
   return config;
 }
+
+/// A session on a thread of its own, with a short patience. It can be started again after Stop.
+class RunningSession {
+ public:
+  ~RunningSession() { Stop(); }
+  void Start(const config::Config& config, Session::Links links) {
+    links.patience = 400ms;
+    links.connected = [this](bool connected) { connected_ = connected; };
+    session_ =
+        std::make_unique<Session>(std::make_shared<const config::Config>(config), std::move(links));
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) session_->Round(false);
+      session_->Round(true);
+    });
+  }
+  void Stop() {
+    if (!thread_.joinable()) return;
+    thread_.request_stop();
+    thread_.join();
+  }
+  bool connected() const { return connected_; }
+  Session* operator->() const { return session_.get(); }
+
+ private:
+  std::atomic<bool> connected_ = false;
+  std::unique_ptr<Session> session_;
+  std::jthread thread_;
+};
 
 }  // namespace baudgate::mqtt::testing

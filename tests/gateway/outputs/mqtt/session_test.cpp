@@ -39,21 +39,8 @@ class SessionTest : public ::testing::Test {
       : broker_(more) {}
   ~SessionTest() override { StopSession(); }
 
-  void StartSession() {
-    Session::Links links{store_, sink_, feed_, cursors_, true};
-    links.patience = 400ms;
-    links.connected = [this](bool connected) { connected_ = connected; };
-    session_ = std::make_unique<Session>(std::make_shared<const config::Config>(config_), links);
-    thread_ = std::jthread([this](const std::stop_token& stop) {
-      while (!stop.stop_requested()) session_->Round(false);
-      session_->Round(true);
-    });
-  }
-  void StopSession() {
-    if (!thread_.joinable()) return;
-    thread_.request_stop();
-    thread_.join();
-  }
+  void StartSession() { session_.Start(config_, {store_, sink_, feed_, cursors_, true}); }
+  void StopSession() { session_.Stop(); }
   void Set(std::uint32_t point, const Value& value, Quality quality = Quality::good) {
     const std::vector<bus::Sample> samples = {{point, value, quality}};
     store_.Update(0, samples, ReadClocks(), 1ms);
@@ -84,9 +71,7 @@ class SessionTest : public ::testing::Test {
   std::shared_ptr<events::EventFeed> feed_ = std::make_shared<events::EventFeed>();
   std::shared_ptr<events::CursorBook> cursors_ =
       std::make_shared<events::CursorBook>(std::set<std::string>{Session::kConsumer});
-  std::atomic<bool> connected_ = false;
-  std::unique_ptr<Session> session_;
-  std::jthread thread_;
+  testing::RunningSession session_;
 };
 
 TEST_F(SessionTest, PublishesValuesThenOnlineAndAgainAfterTheBrokerHasLostThem) {
@@ -95,7 +80,7 @@ TEST_F(SessionTest, PublishesValuesThenOnlineAndAgainAfterTheBrokerHasLostThem) 
   Set(0, 12.5);
   StartSession();
   ASSERT_TRUE(listener.WaitFor(kStatus, "online"));
-  EXPECT_TRUE(connected_);
+  EXPECT_TRUE(session_.connected());
   const auto messages = listener.messages();
   EXPECT_EQ(messages.back().topic == "baudgate/gate/alarms" || messages.back().topic == kStatus,
             true)
@@ -203,7 +188,7 @@ TEST_F(SessionTest, StoredValuesAreNotRetainedAndAreConfirmedByTheBroker) {
   session_->Send(PortionOf({"bay.feeder.current"}), std::ref(awaited));
   EXPECT_EQ(awaited.Wait().kind, outlet::Answer::Kind::retry) << "there is no broker";
   ASSERT_TRUE(broker_.Start());
-  EXPECT_TRUE(MqttListener::Wait([&] { return connected_.load(); }));
+  EXPECT_TRUE(MqttListener::Wait([&] { return session_.connected(); }));
   MqttListener listener(broker_.port(), "baudgate/gate/+/+/+/history");
   session_->Send(PortionOf({"bay.feeder.current", "bay.feeder.gone"}), std::ref(awaited));
   EXPECT_EQ(awaited.Wait().kind, outlet::Answer::Kind::confirmed);
@@ -364,7 +349,7 @@ TEST_F(GuardedBrokerTest, SaysWhyTheBrokerIsNotUsedOrATopicNotAccepted) {
   EXPECT_THAT(session_->state().refused, HasSubstr("access rules"));
   EXPECT_EQ(session_->state().trouble, "");
   Awaited awaited;
-  EXPECT_TRUE(MqttListener::Wait([&] { return connected_.load(); }));
+  EXPECT_TRUE(MqttListener::Wait([&] { return session_.connected(); }));
   session_->Send(PortionOf({"bay.feeder.setting", "bay.feeder.secret", "bay.feeder.text"}),
                  std::ref(awaited));
   const auto answer = awaited.Wait();
@@ -373,7 +358,7 @@ TEST_F(GuardedBrokerTest, SaysWhyTheBrokerIsNotUsedOrATopicNotAccepted) {
   // If nothing was permitted yet, the access rules may be wrong: nothing is put aside.
   StopSession();
   StartSession();
-  EXPECT_TRUE(MqttListener::Wait([&] { return connected_.load(); }));
+  EXPECT_TRUE(MqttListener::Wait([&] { return session_.connected(); }));
   Awaited later;
   session_->Send(PortionOf({"bay.feeder.secret"}), std::ref(later));
   EXPECT_EQ(later.Wait().kind, outlet::Answer::Kind::retry);

@@ -114,21 +114,8 @@ class EdgeNode : public ::testing::Test {
   }
   ~EdgeNode() override { Stop(); }
 
-  void Start() {
-    Session::Links links{store_, sink_};
-    links.patience = 400ms;
-    links.connected = [this](bool connected) { connected_ = connected; };
-    session_ = std::make_unique<Session>(std::make_shared<const config::Config>(config_), links);
-    thread_ = std::jthread([this](const std::stop_token& stop) {
-      while (!stop.stop_requested()) session_->Round(false);
-      session_->Round(true);
-    });
-  }
-  void Stop() {
-    if (!thread_.joinable()) return;
-    thread_.request_stop();
-    thread_.join();
-  }
+  void Start() { session_.Start(config_, {store_, sink_}); }
+  void Stop() { session_.Stop(); }
   std::vector<Heard> All() const {
     std::vector<Heard> all;
     for (const auto& message : listener_->messages()) {
@@ -163,10 +150,8 @@ class EdgeNode : public ::testing::Test {
   config::Config config_ = testing::GatewayConfig(broker_.port());
   bus::PointStore store_{config_};
   KeepingSink sink_;
-  std::atomic<bool> connected_ = false;
   std::unique_ptr<MqttListener> listener_;
-  std::unique_ptr<Session> session_;
-  std::jthread thread_;
+  testing::RunningSession session_;
 };
 
 TEST_F(EdgeNode, IsBornWithItsDevicesAndSendsChangesByAlias) {
@@ -263,7 +248,7 @@ TEST_F(EdgeNode, WritesByNameAndByAlias) {
 TEST_F(EdgeNode, StoredValuesAreHistoricalAndConfirmed) {
   Start();
   ASSERT_TRUE(Wait("DBIRTH", 1));
-  ASSERT_TRUE(MqttListener::Wait([&] { return connected_.load(); }));
+  ASSERT_TRUE(MqttListener::Wait([&] { return session_.connected(); }));
   outlet::Portion portion;
   for (const std::int64_t time : {1'790'000'000'000, 1'790'000'001'000}) {
     portion.values.push_back({"bay.feeder.current", {time, 1.5, Quality::good}, time});
